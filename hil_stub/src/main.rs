@@ -1,0 +1,2 @@
+//! hil_stub
+fn main() {}

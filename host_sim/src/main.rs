@@ -1,0 +1,2 @@
+//! host_sim
+fn main() {}
