@@ -261,11 +261,11 @@ impl Scalar for Fixed {
             return Self::ONE;
         }
         let y = self * LOG2_E;
-        let n: u32 = y.0.to_num();
+        let n: u32 = (y + Self::HALF).0.to_num();
         if n > FRACTION_BITS {
             return Self::ZERO;
         }
-        let fraction = Self(y.0.frac());
+        let fraction = y - Self(I12F20::from_num(n));
         Self::from_bits(horner(fraction, &C).raw() >> n)
     }
 }

@@ -2,11 +2,10 @@
 
 use super::Scalar;
 
-/// 2⁻ᶠ for f in [0, 1): the Taylor polynomial of exp(−f ln 2), degree 7, remainder below 2e-8.
+/// 2⁻ᶠ for |f| ≤ ½: the Taylor polynomial of exp(−f ln 2), degree 6, remainder below 2e-7.
 fn exp2_neg_fraction(f: f32) -> f32 {
     let t = f * -core::f32::consts::LN_2;
-    let p = 1.0 / 720.0 + t * (1.0 / 5040.0);
-    let p = 1.0 / 120.0 + t * p;
+    let p = 1.0 / 120.0 + t * (1.0 / 720.0);
     let p = 1.0 / 24.0 + t * p;
     let p = 1.0 / 6.0 + t * p;
     let p = 0.5 + t * p;
@@ -115,7 +114,7 @@ impl Scalar for f32 {
         if y >= 126.0 || y.is_nan() {
             return 0.0;
         }
-        let n = whole(y);
+        let n = whole(y + 0.5);
         let f = y - float(n.cast_signed());
         exp2_neg_fraction(f) * Self::from_bits((127 - n) << 23)
     }
