@@ -141,8 +141,6 @@ pub struct LearningConfig {
     pub regularisation: f32,
     /// Shorter moves teach nothing, in features (1 = a radian, or the reach).
     pub shortest_move: f32,
-    /// Moves that end farther behind than this are left out.
-    pub farthest_behind_m: f32,
 }
 
 /// Target reaching: winner and motor control.
@@ -167,6 +165,8 @@ pub struct ReachingConfig {
     pub checkpoint_tolerance_m: f32,
     /// The goal is reached, and the robot stops, within this.
     pub goal_tolerance_m: f32,
+    /// Fastest speed of the robot's centre with which the goal may be reached: at 10 mm/s the robot rolls on for a twentieth of a millimetre.
+    pub goal_speed_mps: f32,
 }
 
 /// Cooperative EKMs: fields and neural integration (P2 Eq. 4–10), and what we added.
@@ -320,7 +320,6 @@ impl Default for LearningConfig {
             exploration_last: 0.12,
             regularisation: 0.02,
             shortest_move: 0.025,
-            farthest_behind_m: 0.004,
         }
     }
 }
@@ -335,6 +334,7 @@ impl Default for ReachingConfig {
             beyond: Beyond::NearerOnBearing,
             checkpoint_tolerance_m: 0.004,
             goal_tolerance_m: 0.001,
+            goal_speed_mps: 0.01,
         }
     }
 }
@@ -465,7 +465,6 @@ impl Config {
             exploration_last in 1e-4, 2.0 => "between 0.0001 and 2";
             regularisation in 1e-4, 10.0 => "between 0.0001 and 10";
             shortest_move in 0.0, 1.0 => "between 0 and 1";
-            farthest_behind_m in 0.0, 1.0 => "between 0 and 1 m";
         }
         check_fields! { self.reaching, "reaching":
             bearing_tolerance_rad in 0.0, 6.3 => "between 0 and 2π";
@@ -474,6 +473,7 @@ impl Config {
             far_share in 0.0, 100.0 => "0 (literal) or a positive share of the reach";
             checkpoint_tolerance_m in 1e-4, 1.0 => "between 0.1 mm and 1 m";
             goal_tolerance_m in 1e-4, 1.0 => "between 0.1 mm and 1 m";
+            goal_speed_mps in 1e-3, 10.0 => "between 1 mm/s and 10 m/s";
         }
         check_fields! { self.cooperative, "cooperative":
             target_amplitude in 1e-5, 100.0 => "between 0.00001 and 100";
@@ -549,11 +549,12 @@ impl Config {
                 counts_per_radian: s(robot.encoder_counts_per_m * robot.wheel_base_m),
             },
             servo: self.servo_parameters(),
-            learning: self.learning_parameters(reach_m),
+            learning: self.learning_parameters(),
             reaching: self.reaching_parameters(),
             checkpoints: CheckpointParameters {
                 tolerance_m: s(self.reaching.checkpoint_tolerance_m),
                 goal_tolerance_m: s(self.reaching.goal_tolerance_m),
+                goal_speed_mps: s(self.reaching.goal_speed_mps),
             },
             neural: self.neural_parameters(reach_m),
             sweep: self.sweep_parameters(),
@@ -596,7 +597,7 @@ impl Config {
         }
     }
 
-    fn learning_parameters<S: Scalar>(&self, reach_m: f32) -> LearningParameters<S> {
+    fn learning_parameters<S: Scalar>(&self) -> LearningParameters<S> {
         let l = &self.learning;
         let annealing = |first, last| Annealing::new(first, last, l.annealing_steps);
         LearningParameters {
@@ -606,7 +607,6 @@ impl Config {
             exploration: annealing(l.exploration_first, l.exploration_last),
             regularisation: S::from_f32(l.regularisation),
             shortest_move: S::from_f32(l.shortest_move),
-            farthest_behind: S::from_f32(l.farthest_behind_m / reach_m),
         }
     }
 

@@ -254,7 +254,8 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         if self.mode == Mode::Standby || self.checkpoints.remaining() == 0 {
             return None;
         }
-        let reached = self.checkpoints.arrive(&p.checkpoints, self.pose(p))?;
+        let reached =
+            self.checkpoints.arrive(&p.checkpoints, self.pose(p), self.servo.reference().forward().abs())?;
         self.trail.clear();
         if reached.is_goal && self.mode == Mode::Navigate {
             self.standing.target = Stamped::new(None, now);

@@ -4,10 +4,11 @@
 //!
 //! * **Far targets** (beyond `far_m`): the map is asked for `(α/2, far)`. A step on an arc to bearing α turns the body
 //!   by 2α; aiming at α itself overshoots the heading and zig-zags (5.8 mm against 1.9 mm in a prototype).
+//! * **Places behind**: near ones are driven to backwards, others are turned towards on the spot.
 //! * **Commands beyond c\***: the farthest realisable distance *on the same bearing*, then the paper's `M_k w_k` where
 //!   the bearing alone asks for too much. [`Beyond::OwnWeight`] is the paper's literal form.
 
-use crate::kohonen::features::{Command, Features};
+use crate::kohonen::features::{BEHIND_SHARE, Command, Features};
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::{Eligible, Map, WinnerParameters};
 use crate::kohonen::output::Output;
@@ -36,12 +37,15 @@ pub struct ReachingParameters<S> {
     pub winner: WinnerParameters<S>,
 }
 
-/// The place that the map is asked for, given where the target is.
+/// The place that the map is asked for, given where the target is (distance ≥ 0, bearing of the full circle).
 #[must_use]
 pub fn aim<S: Scalar>(parameters: &ReachingParameters<S>, target: Features<S>) -> Features<S> {
+    let is_behind = target.bearing.abs() > S::PI * S::HALF;
     match parameters.far {
         Some(far) if target.distance > far => Features { bearing: target.bearing * S::HALF, distance: far },
-        _ => target,
+        _ if !is_behind => target,
+        _ if target.distance <= S::from_f32(BEHIND_SHARE) => target.folded(),
+        _ => Features { bearing: target.bearing * S::HALF, distance: S::ZERO },
     }
 }
 

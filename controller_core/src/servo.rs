@@ -117,6 +117,12 @@ impl<S: Scalar> Servo<S> {
         self.left.stalled_ms.max(self.right.stalled_ms) >= p.stall_ms
     }
 
+    /// The speeds that the servo holds now, under the acceleration limit.
+    #[must_use]
+    pub fn reference(&self) -> WheelSpeeds<S> {
+        WheelSpeeds { left_mps: self.left.reference_mps, right_mps: self.right.reference_mps }
+    }
+
     /// The wheel speeds as measured, low-pass filtered.
     #[must_use]
     pub fn measured(&self) -> WheelSpeeds<S> {

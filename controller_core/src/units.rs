@@ -177,6 +177,12 @@ impl<S: Scalar> WheelSpeeds<S> {
     /// Both wheels at rest.
     pub const STOP: Self = Self { left_mps: S::ZERO, right_mps: S::ZERO };
 
+    /// Speed of the robot's centre along its heading.
+    #[must_use]
+    pub fn forward(self) -> S {
+        (self.left_mps + self.right_mps) * S::HALF
+    }
+
     /// Each wheel limited to ±`limit_mps` on its own.
     #[must_use]
     pub fn saturated(self, limit_mps: S) -> Self {

@@ -21,3 +21,17 @@ pub mod mover;
 pub mod world;
 
 pub mod scenario;
+
+pub mod random;
+
+pub mod khepera;
+
+pub mod proximity_model;
+
+pub mod sil;
+
+pub mod simulation;
+
+pub mod training;
+
+pub mod positioning;

@@ -1,6 +1,6 @@
 //! The map itself: neurons, the winner with angular priority (P1 Eq. 2–4), and the command of a winner (P1 Eq. 5).
 
-use crate::kohonen::features::{Command, Features};
+use crate::kohonen::features::{BEHIND_SHARE, Command, Features};
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::output::Output;
 use crate::scalar::Scalar;
@@ -58,7 +58,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Default f
 impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O, COLUMNS, ROWS> {
     /// The untrained map: weights at regularly spaced places of the sensory space (P1, section 3.1), outputs zero.
     ///
-    /// Bearings cover ±90°: the places that one forward step of at most half a turn can reach.
+    /// Bearings cover ±90° and distances reach a little behind: the places that one step of at most half a turn leads to.
     #[must_use]
     pub fn regular() -> Self {
         const {
@@ -68,11 +68,12 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
         let position = |i: usize, count: usize| {
             S::from_i32(i32::try_from(i).unwrap_or(0)) / S::from_i32(i32::try_from(count - 1).unwrap_or(1))
         };
+        let behind = S::from_f32(BEHIND_SHARE);
         Self {
             neurons: core::array::from_fn(|column| {
                 core::array::from_fn(|row| Neuron {
                     bearing: ((position(column, COLUMNS) - S::HALF) * S::PI).to_weight(),
-                    distance: position(row, ROWS).to_weight(),
+                    distance: (position(row, ROWS) * (S::ONE + behind) - behind).to_weight(),
                     output: O::default(),
                 })
             }),
@@ -221,12 +222,9 @@ mod tests {
         // neuron that is nearer but lies aside.
         let far = Features { bearing: s(0.05), distance: s(9.0) };
         assert_eq!(map.winner(&parameters(), far, Eligible::All), Some(NeuronIndex { column: 7, row: 14 }));
-        // Behind the robot: the last column of that side.
-        let behind = Features { bearing: s(3.0), distance: s(0.0) };
-        assert_eq!(
-            map.winner(&parameters(), behind, Eligible::All),
-            Some(NeuronIndex { column: 14, row: 0 })
-        );
+        // Beyond the last column: that column, and the row nearest in distance.
+        let aside = Features { bearing: s(1.7), distance: s(0.0) };
+        assert_eq!(map.winner(&parameters(), aside, Eligible::All), Some(NeuronIndex { column: 14, row: 3 }));
         assert_eq!(map.winner(&parameters(), far, Eligible::Trained), None, "nothing is trained yet");
     }
 

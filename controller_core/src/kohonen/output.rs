@@ -15,8 +15,8 @@ pub trait Output<S: Scalar>: Copy + Debug + Default + PartialEq + Send + Sync + 
     /// The command for a place `u` near this neuron's weight; not yet limited to c*.
     fn command(&self, place: Features<S>) -> Command<S>;
 
-    /// The farthest distance, at most `place.distance`, whose command on the same bearing is realisable; `None`
-    /// where the bearing alone already asks for more than c*.
+    /// The distance nearest to `place.distance`, between it and 0, whose command on the same bearing is realisable;
+    /// `None` where the bearing alone already asks for more than c*.
     fn feasible_distance(&self, place: Features<S>) -> Option<S>;
 
     /// One gradient step towards `executed` at the place really reached; `rate` is η·G in 0..=1 and
@@ -41,14 +41,14 @@ fn dot<S: Scalar>(row: [S::Weight; 2], u: Features<S>) -> S {
     S::from_weight(row[0]) * u.bearing + S::from_weight(row[1]) * u.distance
 }
 
-/// The largest x in 0..=`limit` with |offset + slope·x| ≤ 1, given |offset| ≤ 1.
+/// The x between 0 and `limit`, nearest to `limit`, with |offset + slope·x| ≤ 1, given |offset| ≤ 1.
 fn largest_within_unit<S: Scalar>(offset: S, slope: S, limit: S) -> S {
     let end = offset + slope * limit;
     if end.abs() <= S::ONE {
         return limit;
     }
     let bound = if end > S::ZERO { S::ONE } else { -S::ONE };
-    ((bound - offset) / slope).clamp(S::ZERO, limit)
+    ((bound - offset) / slope).clamp(limit.min(S::ZERO), limit.max(S::ZERO))
 }
 
 impl<S: Scalar> Output<S> for ControlMatrix<S::Weight> {

@@ -9,13 +9,14 @@
 //! * **v**: `(half of the heading change, signed chord)`. On a circular arc the chord points along half of the heading
 //!   change, so this *is* the egocentric place that was reached, but it stays defined for a turn on the spot, where
 //!   the direction of a chord of a millimetre is noise.
-//! * **Which moves train**: those that turn by at most half a turn and do not end behind the robot. The inverse is
-//!   two-valued beyond that, and a linear `M_i` cannot hold both.
+//! * **Which moves train**: those that turn by at most half a turn and end no farther behind the robot than the map
+//!   reaches (see [`crate::kohonen::features`]). The inverse is two-valued beyond that: the same place is reached by
+//!   another arc backwards, and one map cannot hold both.
 //! * **Schedules**: η, the rate of the weights and the width of G fall exponentially over the first
 //!   `annealing_steps`, then stay: online learning goes on for ever.
 //! * **Normalised step**, see [`crate::kohonen::output`].
 
-use crate::kohonen::features::{Command, Features};
+use crate::kohonen::features::{BEHIND_SHARE, Command, Features};
 use crate::kohonen::lattice::{Neighbourhood, NeuronIndex};
 use crate::kohonen::map::{Eligible, Map, WinnerParameters};
 use crate::kohonen::output::Output;
@@ -70,8 +71,6 @@ pub struct LearningParameters<S> {
     pub regularisation: S,
     /// Moves with a smaller |v| (features) teach nothing but encoder noise.
     pub shortest_move: S,
-    /// Moves that end farther behind than this (features) are left out.
-    pub farthest_behind: S,
 }
 
 /// The displacement `v` between two poses, given the heading change without wrapping.
@@ -92,7 +91,7 @@ pub fn displacement<S: Scalar>(start: Pose<S>, end: Pose<S>, turned_by_encoders_
 fn teaches<S: Scalar>(parameters: &LearningParameters<S>, reached: Features<S>) -> bool {
     let quarter_turn = S::PI * S::HALF;
     reached.bearing.abs() <= quarter_turn
-        && reached.distance >= -parameters.farthest_behind
+        && reached.distance >= -S::from_f32(BEHIND_SHARE)
         && S::hypot(reached.bearing, reached.distance) >= parameters.shortest_move
 }
 
@@ -108,7 +107,6 @@ pub fn train<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     if !teaches(parameters, reached) {
         return None;
     }
-    let reached = Features { distance: reached.distance.max(S::ZERO), ..reached };
     let k = map.winner(winner, reached, Eligible::All)?;
     map.mark_won(k);
     let sigma = parameters.neighbourhood.at(step);

@@ -47,6 +47,7 @@ const NEGLIGIBLE_EXPONENT: i32 = 16;
 /// The activity that one obstacle at `centre` gives to a place (P2 Eq. 6, 7).
 #[must_use]
 pub fn activity<S: Scalar>(p: &ObstacleFieldParameters<S>, centre: Features<S>, place: Features<S>) -> S {
+    let place = place.unfolded();
     let bearing = angle_between(centre.bearing, place.bearing) * p.bearing_steepness;
     let across = bearing * bearing;
     if across > S::from_i32(NEGLIGIBLE_EXPONENT) {

@@ -77,6 +77,8 @@ pub struct CheckpointParameters<S> {
     pub tolerance_m: S,
     /// Distance to the goal (m).
     pub goal_tolerance_m: S,
+    /// At the goal the robot's centre may be no faster than this (m/s), or it would roll on.
+    pub goal_speed_mps: S,
 }
 
 /// The checkpoints ahead, at most `CAPACITY`.
@@ -168,9 +170,12 @@ impl<S: Scalar, const CAPACITY: usize> Checkpoints<S, CAPACITY> {
         self.ahead.len()
     }
 
-    /// Removes the current checkpoint where the robot is near enough.
-    pub fn arrive(&mut self, p: &CheckpointParameters<S>, here: Pose<S>) -> Option<Reached> {
+    /// Removes the current checkpoint where the robot is near enough and, at the goal, slow enough to stop there.
+    pub fn arrive(&mut self, p: &CheckpointParameters<S>, here: Pose<S>, speed_mps: S) -> Option<Reached> {
         let is_goal = self.ahead.len() == 1;
+        if is_goal && speed_mps > p.goal_speed_mps {
+            return None;
+        }
         let tolerance = if is_goal { p.goal_tolerance_m } else { p.tolerance_m };
         let current = self.current()?;
         // Every millisecond: spare the root while it is farther than the tolerance along an axis.
@@ -198,19 +203,23 @@ mod tests {
     }
 
     fn check<S: Scalar>() {
-        let p =
-            CheckpointParameters { tolerance_m: S::from_f32(0.005), goal_tolerance_m: S::from_f32(0.002) };
+        let p = CheckpointParameters {
+            tolerance_m: S::from_f32(0.005),
+            goal_tolerance_m: S::from_f32(0.002),
+            goal_speed_mps: S::from_f32(0.01),
+        };
         let mut points = Checkpoints::<S, 3>::default();
         points.replace_all(&[Point::from_metres(0.1, 0.0), Point::from_metres(0.2, 0.0)]).unwrap();
-        assert_eq!(points.arrive(&p, at(0.0, 0.0)), None);
-        assert_eq!(points.arrive(&p, at(0.097, 0.0)), Some(Reached { number: 0, is_goal: false }));
+        assert_eq!(points.arrive(&p, at(0.0, 0.0), S::ZERO), None);
+        assert_eq!(points.arrive(&p, at(0.097, 0.0), S::ONE), Some(Reached { number: 0, is_goal: false }));
         points.replace(1, Point::from_metres(0.3, 0.1)).unwrap();
         assert_eq!(
             points.replace(0, Point::from_metres(0.0, 0.0)),
             Err(CheckpointError::NotAhead { number: 0, first: 1, end: 2 })
         );
-        assert_eq!(points.arrive(&p, at(0.297, 0.1)), None, "the goal is stricter");
-        assert_eq!(points.arrive(&p, at(0.299, 0.1)), Some(Reached { number: 1, is_goal: true }));
+        assert_eq!(points.arrive(&p, at(0.297, 0.1), S::ZERO), None, "the goal is stricter");
+        assert_eq!(points.arrive(&p, at(0.299, 0.1), S::ONE), None, "too fast to stop here");
+        assert_eq!(points.arrive(&p, at(0.299, 0.1), S::ZERO), Some(Reached { number: 1, is_goal: true }));
         assert_eq!(points.current(), None);
         assert_eq!(
             points.append(&[Point::default(); 4]),

@@ -1,0 +1,273 @@
+//! One robot in one world under one controller, tick by tick in virtual time.
+//!
+//! At tick t the sensors read the world of t, the controller steps, and its drive moves the robot to t + 1. There is no
+//! wall time and no thread inside a run.
+
+use controller_core::controller::{Inputs, Outputs};
+use controller_core::schedule::Tick;
+use controller_core::state_hash::StateHash;
+use controller_core::units::Pose;
+use nalgebra::Point2;
+
+use crate::khepera::{Khepera, KheperaModel, TICK_S, TruePose, wrapped};
+use crate::proximity_model::{ProximityRing, SENSORS, narrow};
+use crate::random::{Purpose, Stream};
+use crate::scenario::NoiseLevels;
+use crate::sil::ControllerPort;
+use crate::world::World;
+
+/// What disturbs nothing: for tests and references.
+pub const QUIET: NoiseLevels = NoiseLevels {
+    sensor: 0.0,
+    actuator: 0.0,
+    sensor_resolution_m: 0.0,
+    beam_half_width_rad: 0.0,
+    pose_position_m: 0.0,
+    pose_heading_rad: 0.0,
+};
+
+/// The papers' noise: 10 % white on sensors and actuators (P2), readings rounded to 5 mm, and beams of a real width.
+pub const PAPERS: NoiseLevels = NoiseLevels {
+    sensor: 0.1,
+    actuator: 0.1,
+    sensor_resolution_m: 0.005,
+    beam_half_width_rad: 0.130_899_693_899_574_72,
+    pose_position_m: 0.0,
+    pose_heading_rad: 0.0,
+};
+
+/// Whether the body touches something, tested at every tick.
+///
+/// The clearance shrinks by no more than what robot and movers have travelled since it was computed, so until they have
+/// travelled that far there is nothing to compute: exact, and fifty times cheaper.
+#[derive(Debug, Clone)]
+struct ContactTest {
+    spare_m: f64,
+    /// First tick time at which shapes come or go.
+    change_s: f64,
+    touching: bool,
+    count: u32,
+    nearest_m: f64,
+}
+
+/// Clearance above which a contact has ended; below it a robot that slides along a wall would count again and again.
+const CONTACT_ENDS_M: f64 = 2e-4;
+
+impl ContactTest {
+    fn new() -> Self {
+        Self { spare_m: 0.0, change_s: 0.0, touching: false, count: 0, nearest_m: f64::INFINITY }
+    }
+
+    /// Whether the body at `centre` is clear after robot and movers moved by at most `moved_m`.
+    fn is_clear(
+        &mut self,
+        world: &World,
+        centre: Point2<f64>,
+        radius_m: f64,
+        moved_m: f64,
+        t_s: f64,
+    ) -> bool {
+        self.spare_m -= moved_m;
+        if self.spare_m > 0.0 && t_s < self.change_s {
+            return true;
+        }
+        let clearance = world.clearance(centre, t_s) - radius_m;
+        self.spare_m = clearance;
+        self.change_s = world.next_change_s(t_s);
+        self.nearest_m = self.nearest_m.min(clearance);
+        if clearance <= 0.0 {
+            if !self.touching {
+                self.count += 1;
+            }
+            self.touching = true;
+            return false;
+        }
+        if clearance > CONTACT_ENDS_M {
+            self.touching = false;
+        }
+        true
+    }
+}
+
+/// A run under way.
+#[derive(Debug)]
+pub struct Simulation<'w, C> {
+    /// The controller.
+    pub controller: C,
+    world: &'w World,
+    robot: Khepera,
+    ring: ProximityRing,
+    pose_noise: (f64, f64),
+    pose_stream: Stream,
+    exploration: Stream,
+    contact: ContactTest,
+    tick: Tick,
+    way_m: f64,
+    hash: StateHash,
+}
+
+impl<'w, C: ControllerPort> Simulation<'w, C> {
+    /// A robot at rest at `start`, with the streams of `seed`.
+    #[must_use]
+    pub fn new(
+        controller: C,
+        world: &'w World,
+        model: KheperaModel,
+        noise: &NoiseLevels,
+        start: TruePose,
+        seed: u64,
+    ) -> Self {
+        let ring = ProximityRing::new(
+            model.body_radius_m,
+            model.sensor_range_m,
+            noise.beam_half_width_rad,
+            noise.sensor_resolution_m,
+            noise.sensor,
+            Stream::new(seed, Purpose::Proximity),
+        );
+        Self {
+            controller,
+            world,
+            robot: Khepera::new(model, start, Stream::new(seed, Purpose::Slip)),
+            ring,
+            pose_noise: (noise.pose_position_m, noise.pose_heading_rad),
+            pose_stream: Stream::new(seed, Purpose::PoseFix),
+            exploration: Stream::new(seed, Purpose::Exploration),
+            contact: ContactTest::new(),
+            tick: 0,
+            way_m: 0.0,
+            hash: StateHash::default(),
+        }
+    }
+
+    /// One tick.
+    pub fn step(&mut self) -> Outputs<f32> {
+        let inputs = self.read();
+        let outputs = self.controller.step(self.tick, &inputs);
+        self.move_robot(&outputs);
+        self.tick += 1;
+        let pose = self.robot.pose();
+        for value in [pose.position.x, pose.position.y, pose.heading_rad] {
+            let bits = value.to_bits();
+            self.hash.add_word(low_word(bits ^ (bits >> 32)));
+        }
+        outputs
+    }
+
+    fn read(&mut self) -> Inputs<f32, SENSORS> {
+        let due = self.controller.schedule().at(self.tick);
+        let draw = |stream: &mut Stream| narrow(stream.symmetric());
+        Inputs {
+            encoders: self.robot.encoders(),
+            pose_fix: (due.avoidance || due.step).then(|| self.pose_fix()),
+            scan: due.avoidance.then(|| self.ring.scan(self.world, self.robot.pose(), self.time_s())),
+            exploration: if due.step {
+                [draw(&mut self.exploration), draw(&mut self.exploration)]
+            } else {
+                [0.0; 2]
+            },
+        }
+    }
+
+    /// The pose as a localisation system outside the robot would measure it.
+    fn pose_fix(&mut self) -> Pose<f32> {
+        let pose = self.robot.pose();
+        let (position, heading) = self.pose_noise;
+        let (x, y) = self.pose_stream.in_unit_disc();
+        let turn = self.pose_stream.symmetric();
+        Pose {
+            x_m: narrow(pose.position.x + position * x),
+            y_m: narrow(pose.position.y + position * y),
+            heading_rad: narrow(wrapped(pose.heading_rad + heading * turn)),
+        }
+    }
+
+    fn move_robot(&mut self, outputs: &Outputs<f32>) {
+        let before = self.robot.pose().position;
+        let way = self.robot.tick(outputs.drive);
+        let length = way.norm();
+        let t_s = self.time_s() + TICK_S;
+        let radius = self.robot.model().body_radius_m;
+        let moved = length + self.world.fastest_mover_m_s() * TICK_S;
+        let wished = before + way;
+        if self.contact.is_clear(self.world, wished, radius, moved, t_s) {
+            self.way_m += length;
+            self.robot.place(wished);
+            return;
+        }
+        // Blocked: what remains of the way is its part along the surface, if that is free.
+        let normal = self.world.nearest_surface_normal(wished, t_s).unwrap_or_default();
+        let into = way.dot(&normal).min(0.0);
+        let slid = before + (way - normal * into);
+        let clear = |position| self.world.clearance(position, t_s) >= radius;
+        if into >= 0.0 || clear(slid) {
+            self.way_m += (slid - before).norm();
+            self.robot.place(slid);
+        }
+        // The next tick computes the clearance anew, whatever has become of the position.
+        self.contact.spare_m = 0.0;
+    }
+
+    /// Time since the start in s.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        seconds(self.tick)
+    }
+
+    /// Ticks since the start.
+    #[must_use]
+    pub fn tick(&self) -> Tick {
+        self.tick
+    }
+
+    /// Where the robot really is.
+    #[must_use]
+    pub fn pose(&self) -> TruePose {
+        self.robot.pose()
+    }
+
+    /// Way driven so far in m.
+    #[must_use]
+    pub fn way_m(&self) -> f64 {
+        self.way_m
+    }
+
+    /// Contacts so far.
+    #[must_use]
+    pub fn contacts(&self) -> u32 {
+        self.contact.count
+    }
+
+    /// A lower bound of the smallest clearance so far, in m: the value when it was last computed.
+    #[must_use]
+    pub fn nearest_m(&self) -> f64 {
+        self.contact.nearest_m
+    }
+
+    /// The physical robot, to be changed under way.
+    pub fn robot_mut(&mut self) -> &mut Khepera {
+        &mut self.robot
+    }
+
+    /// Hash of everything so far: the controller's decisions and the robot's true poses.
+    #[must_use]
+    pub fn hash(&self) -> u64 {
+        let mut hash = self.hash;
+        let decisions = self.controller.hash();
+        hash.add_word(low_word(decisions));
+        hash.add_word(low_word(decisions >> 32));
+        hash.value()
+    }
+}
+
+/// The lower 32 bits.
+fn low_word(bits: u64) -> u32 {
+    u32::try_from(bits & 0xFFFF_FFFF).unwrap_or(0)
+}
+
+/// Ticks as seconds; exact for 285,000 years.
+#[allow(clippy::cast_precision_loss, reason = "exact below 2^53 ticks")]
+#[must_use]
+pub fn seconds(tick: Tick) -> f64 {
+    tick as f64 * TICK_S
+}
