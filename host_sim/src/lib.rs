@@ -21,3 +21,7 @@ pub mod mover;
 pub mod world;
 
 pub mod scenario;
+
+pub mod raster;
+
+pub mod figure;
