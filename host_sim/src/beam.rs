@@ -119,3 +119,89 @@ fn ray_to_circle(ray: Vector2<f64>, centre: Vector2<f64>, radius_m: f64) -> f64 
         f64::INFINITY
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+
+    use nalgebra::{Point2, Vector2};
+
+    use super::Beam;
+    use crate::geometry::{Disc, Segment};
+
+    const APEX: Point2<f64> = Point2::new(1.0, 2.0);
+
+    fn at(x: f64, y: f64) -> Point2<f64> {
+        APEX + Vector2::new(x, y)
+    }
+
+    fn range(beam: &Beam, segment: &Segment) -> f64 {
+        beam.distance_to_segment(APEX, segment, segment.closest_point(APEX) - APEX)
+    }
+
+    #[track_caller]
+    fn assert_near(value: f64, expected: f64) {
+        assert!((value - expected).abs() < 1e-12, "{value} is not {expected}");
+    }
+
+    #[test]
+    fn a_pencil_ray_sees_what_it_hits_and_nothing_beside_or_behind() {
+        let ray = Beam::new(0.0, 0.0);
+        assert_near(range(&ray, &Segment::new(at(0.3, -1.0), at(0.3, 1.0))), 0.3);
+        assert_near(range(&ray, &Segment::new(at(0.1, -0.1), at(0.5, 0.3))), 0.2);
+        assert!(range(&ray, &Segment::new(at(0.3, 0.001), at(0.3, 1.0))).is_infinite());
+        assert!(range(&ray, &Segment::new(at(-0.3, -1.0), at(-0.3, 1.0))).is_infinite());
+    }
+
+    #[test]
+    fn a_cone_sees_a_post_that_a_pencil_ray_misses() {
+        let post = Segment::new(at(0.2, 0.02), at(0.2, 0.021));
+        assert!(range(&Beam::new(0.0, 0.0), &post).is_infinite());
+        assert_near(range(&Beam::new(0.0, 0.13), &post), 0.2_f64.hypot(0.02));
+    }
+
+    #[test]
+    fn a_cone_looking_past_a_wall_sees_where_its_edge_meets_it() {
+        // The wall runs along at 0.1 on the left; its nearest point, straight to the left, is outside the cone.
+        let wall = Segment::new(at(-1.0, 0.1), at(1.0, 0.1));
+        assert_near(range(&Beam::new(0.0, FRAC_PI_4), &wall), 0.1 * 2.0_f64.sqrt());
+        assert_near(range(&Beam::new(FRAC_PI_2, FRAC_PI_4), &wall), 0.1);
+    }
+
+    #[test]
+    fn a_disc_is_seen_at_its_near_side_and_at_its_flank() {
+        let disc = Disc { centre: at(0.5, 0.0), radius_m: 0.1 };
+        assert_near(Beam::new(0.0, 0.0).distance_to_disc(APEX, &disc), 0.4);
+        assert_near(Beam::new(0.3, 0.3).distance_to_disc(APEX, &disc), 0.4);
+        let tangent_rad = 0.2_f64.asin();
+        let grazing = Beam::new(tangent_rad - 1e-9, 0.0).distance_to_disc(APEX, &disc);
+        assert!((grazing - (0.25_f64 - 0.01).sqrt()).abs() < 1e-4, "{grazing}");
+        assert!(Beam::new(tangent_rad + 1e-9, 0.0).distance_to_disc(APEX, &disc).is_infinite());
+        assert!(Beam::new(PI, 0.2).distance_to_disc(APEX, &disc).is_infinite());
+    }
+
+    #[test]
+    fn a_disc_around_the_apex_is_seen_from_within() {
+        let disc = Disc { centre: at(0.05, 0.0), radius_m: 0.2 };
+        assert_near(Beam::new(0.0, 0.1).distance_to_disc(APEX, &disc), {
+            // Through the chord that leaves at an angle of 0.1 from the centre's direction.
+            let aside = 0.05 * 0.1_f64.sin();
+            0.05 * 0.1_f64.cos() + (0.04 - aside * aside).sqrt()
+        });
+        assert_near(Beam::new(PI, 0.1).distance_to_disc(APEX, &disc), 0.15);
+    }
+
+    #[test]
+    fn turning_a_beam_is_making_it_at_the_other_angle() {
+        let turned = Beam::new(0.4, 0.1).turned(1.1_f64.cos(), 1.1_f64.sin());
+        assert!((turned.axis() - Beam::new(1.5, 0.1).axis()).norm() < 1e-15);
+        assert!(turned.covers(Vector2::new(1.59_f64.cos(), 1.59_f64.sin())));
+        assert!(!turned.covers(Vector2::new(1.61_f64.cos(), 1.61_f64.sin())));
+    }
+
+    #[test]
+    #[should_panic(expected = "half-width")]
+    fn a_cone_of_half_a_turn_is_refused() {
+        let _ = Beam::new(0.0, FRAC_PI_2);
+    }
+}

@@ -308,3 +308,73 @@ fn unit_or(direction: Vector2<f64>, fallback: Vector2<f64>) -> Vector2<f64> {
     let unit = |v: Vector2<f64>| v.try_normalize(0.0);
     unit(direction).or_else(|| unit(fallback)).unwrap_or_else(Vector2::x)
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Point2, Vector2};
+
+    use super::{Bounds, Disc, Polygon, Segment};
+
+    fn polygon(corners: &[(f64, f64)]) -> Option<Polygon> {
+        Polygon::new(&corners.iter().map(|(x, y)| Point2::new(*x, *y)).collect::<Vec<_>>())
+    }
+
+    #[track_caller]
+    fn assert_near(value: f64, expected: f64) {
+        assert!((value - expected).abs() < 1e-12, "{value} is not {expected}");
+    }
+
+    #[test]
+    fn a_segment_of_no_length_is_a_point() {
+        let dot = Segment::new(Point2::new(0.3, 0.4), Point2::new(0.3, 0.4));
+        assert_near(dot.nearest(Point2::origin()).clearance_m, 0.5);
+        assert!((dot.nearest(Point2::origin()).normal - Vector2::new(-0.6, -0.8)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_point_on_a_surface_still_has_a_normal() {
+        let wall = Segment::new(Point2::origin(), Point2::new(1.0, 0.0));
+        assert_eq!(wall.nearest(Point2::new(0.5, 0.0)).normal, Vector2::y());
+        let square = polygon(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]).unwrap();
+        assert_eq!(square.nearest(Point2::new(1.0, 0.5)).normal, Vector2::x());
+        assert_eq!(square.nearest(Point2::new(0.5, 0.0)).normal, -Vector2::y());
+        let disc = Disc { centre: Point2::origin(), radius_m: 1.0 };
+        assert_eq!(disc.nearest(Point2::origin()).normal, Vector2::x());
+    }
+
+    #[test]
+    fn a_polygon_is_the_same_in_both_orders() {
+        let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 0.2)];
+        let mut reversed = corners;
+        reversed.reverse();
+        for (x, y) in [(0.9, 0.5), (0.4, 0.3), (2.0, 2.0)] {
+            let place = Point2::new(x, y);
+            let clearances = [corners, reversed].map(|order| polygon(&order).unwrap().clearance(place));
+            assert_near(clearances[0], clearances[1]);
+        }
+        assert!(polygon(&corners).unwrap().contains(Point2::new(0.9, 0.5)));
+        assert!(!polygon(&corners).unwrap().contains(Point2::new(0.4, 0.3)));
+    }
+
+    #[test]
+    fn what_encloses_nothing_is_no_polygon() {
+        assert_eq!(polygon(&[]), None);
+        assert_eq!(polygon(&[(0.0, 0.0), (1.0, 1.0)]), None);
+        assert_eq!(polygon(&[(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)]), None);
+    }
+
+    #[test]
+    fn an_outline_that_crosses_or_touches_itself_is_not_simple() {
+        assert!(polygon(&[(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]).unwrap().is_simple());
+        assert!(!polygon(&[(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 1.0)]).unwrap().is_simple());
+        let touching = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 0.0), (0.0, 1.0)];
+        assert!(!polygon(&touching).unwrap().is_simple());
+    }
+
+    #[test]
+    fn a_box_measures_from_outside_and_is_zero_inside() {
+        let unit = Bounds { low: Point2::origin(), high: Point2::new(1.0, 1.0) };
+        assert_near(unit.distance_squared(Point2::new(4.0, 5.0)), 25.0);
+        assert_near(unit.distance_squared(Point2::new(0.5, 0.5)), 0.0);
+    }
+}

@@ -22,6 +22,10 @@ pub mod world;
 
 pub mod scenario;
 
+pub mod raster;
+
+pub mod figure;
+
 pub mod random;
 
 pub mod khepera;

@@ -74,7 +74,8 @@ impl Mover {
         ((point - self.centre).norm() - self.orbit_radius_m).abs() - self.radius_m
     }
 
-    /// Distance in m from the swept ring to the nearest of the shapes, not positive if the mover runs into one.
+    /// Distance in m from the swept ring to the nearest of the shapes, not positive if the mover runs into one: how deeply
+    /// is not told.
     #[must_use]
     pub fn least_clearance_from(&self, solids: &Solids) -> f64 {
         let to_segment = |segment: &Segment| self.ring_gap(segment.distance_range(self.centre));
@@ -99,5 +100,37 @@ impl Mover {
             (nearest_m - self.orbit_radius_m).max(0.0)
         };
         off_orbit - self.radius_m
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::FRAC_PI_2;
+
+    use nalgebra::Point2;
+
+    use super::{Direction, Mover};
+
+    fn mover(direction: Direction) -> Mover {
+        Mover::new(Point2::new(1.0, 2.0), 0.1, 0.025, 0.05, direction, 0.0)
+    }
+
+    #[test]
+    fn a_quarter_of_the_circle_takes_a_quarter_of_its_length_over_the_speed() {
+        let quarter_s = FRAC_PI_2 * 0.1 / 0.05;
+        for (direction, y) in [(Direction::Anticlockwise, 2.1), (Direction::Clockwise, 1.9)] {
+            let mover = mover(direction);
+            assert_eq!(mover.direction(), direction);
+            assert!((mover.at(0.0).centre - Point2::new(1.1, 2.0)).norm() < 1e-12);
+            assert!((mover.at(quarter_s).centre - Point2::new(1.0, y)).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn its_speed_is_what_was_asked_for() {
+        let mover = mover(Direction::Clockwise);
+        let step_m = (mover.at(3.001).centre - mover.at(3.0).centre).norm();
+        assert!((mover.speed_m_s() - 0.05).abs() < 1e-12);
+        assert!((step_m / 0.001 - 0.05).abs() < 1e-6);
     }
 }

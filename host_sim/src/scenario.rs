@@ -18,6 +18,7 @@ use std::path::Path;
 use nalgebra::Point2;
 
 use crate::geometry::{Disc, Polygon, Segment};
+use crate::raster::{Raster, RasterError};
 use crate::solids::Solids;
 use crate::world::{Window, World};
 
@@ -227,6 +228,25 @@ impl Scenario {
     pub fn with_checkpoints(mut self, checkpoints: Vec<Point2<f64>>) -> Self {
         self.route = Route::Checkpoints(checkpoints);
         self
+    }
+
+    /// The planner's map at the start of the run: the known walls and obstacles that are there at time zero.
+    ///
+    /// # Errors
+    ///
+    /// If the cell size is not positive or too small, or nothing is known.
+    pub fn known_raster(&self, cell_size_m: f64) -> Result<Raster, RasterError> {
+        self.known_raster_at(cell_size_m, 0.0)
+    }
+
+    /// The planner's map of what is there at time `t_s`, for planning again after a change.
+    ///
+    /// # Errors
+    ///
+    /// As [`Scenario::known_raster`].
+    pub fn known_raster_at(&self, cell_size_m: f64, t_s: f64) -> Result<Raster, RasterError> {
+        let known = self.solids.iter().filter(|solid| solid.known && solid.window.contains(t_s));
+        Raster::of(known.map(|solid| &solid.shape), cell_size_m)
     }
 
     /// The last checkpoint.

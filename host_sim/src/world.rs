@@ -154,3 +154,54 @@ impl World {
         self.timed.iter().filter(move |timed| timed.window.contains(t_s)).map(|timed| &timed.solids)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point2;
+
+    use super::{Timed, Window, World};
+    use crate::beam::Beam;
+    use crate::geometry::Segment;
+    use crate::solids::Solids;
+
+    /// A wall at x = 1 that is there from 2 s until 5 s.
+    fn door() -> World {
+        let wall = Segment::new(Point2::new(1.0, -1.0), Point2::new(1.0, 1.0));
+        let solids = Solids { segments: vec![wall], ..Solids::default() };
+        World {
+            timed: vec![Timed { window: Window { from_s: 2.0, until_s: 5.0 }, solids }],
+            ..World::default()
+        }
+    }
+
+    #[test]
+    fn an_empty_world_is_infinitely_wide() {
+        let world = World::default();
+        assert!(world.clearance(Point2::origin(), 0.0).is_infinite());
+        assert_eq!(world.nearest_surface_normal(Point2::origin(), 0.0), None);
+        assert_eq!(world.beam_range(Point2::origin(), &Beam::new(0.0, 0.1), 10.0, 0.0), None);
+        assert!(world.is_static() && world.next_change_s(0.0).is_infinite());
+    }
+
+    #[test]
+    fn a_door_is_felt_and_seen_only_while_it_is_there() {
+        let world = door();
+        for (t_s, there) in [(0.0, false), (1.999, false), (2.0, true), (4.999, true), (5.0, false)] {
+            let range = world.beam_range(Point2::origin(), &Beam::new(0.0, 0.1), 2.0, t_s);
+            assert_eq!(range.is_some(), there, "at {t_s} s");
+            assert_eq!(world.clearance(Point2::origin(), t_s).is_finite(), there, "at {t_s} s");
+            assert_eq!(world.nearest_surface(Point2::origin(), t_s).is_some(), there, "at {t_s} s");
+        }
+    }
+
+    #[test]
+    fn changes_are_announced_in_turn() {
+        let mut t_s = 0.0;
+        let changes: Vec<f64> = core::iter::from_fn(|| {
+            t_s = door().next_change_s(t_s);
+            t_s.is_finite().then_some(t_s)
+        })
+        .collect();
+        assert_eq!(changes, [2.0, 5.0]);
+    }
+}
