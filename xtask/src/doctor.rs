@@ -72,7 +72,7 @@ impl Need {
                 "`rustup target add {name}`. Without rustup, on Debian: `apt-get install rustc-web cargo-web \
                  rust-web-src`, then build the firmware by hand with `RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 \
                  /usr/bin/cargo build --release -Zbuild-std=core,panic_abort --target {name} -p firmware`; \
-                 the checks of this step still need the target installed"
+                 `cargo xtask test` itself needs the target installed"
             ),
         }
     }
@@ -84,34 +84,42 @@ fn holds_core(folder: &Path) -> bool {
     entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))
 }
 
-/// The targets that are missing, each with its remedy; empty where both can be built for.
+/// The targets that are missing, each with what to do; empty where both can be built for.
 pub fn missing_targets() -> Vec<String> {
     let targets = NEEDS.into_iter().filter(|need| matches!(need, Need::Target(_)));
     targets.filter(|need| need.found().is_none()).map(complaint).collect()
 }
 
+/// In a few words; the remedy in full is what [`report`] prints.
 fn complaint(need: Need) -> String {
-    format!("{} is missing: {}", need.name(), need.remedy())
+    let name = need.name();
+    match need.rustup_arguments() {
+        Some(arguments) => {
+            format!("{name} is missing: `rustup {}`, or see `cargo xtask doctor`", arguments.join(" "))
+        }
+        None => format!("{name} is missing: {}", need.remedy()),
+    }
 }
 
-/// `cargo xtask doctor`: prints what is there and what is missing; whether nothing is.
-pub fn report() -> bool {
+/// What is there and what is missing, for people to read; and whether nothing is.
+pub fn report() -> (String, bool) {
+    let mut text = String::new();
     let mut complete = true;
     for need in NEEDS {
         if let Some(found) = need.found() {
-            println!("present  {:<22} {found}", need.name());
+            text += &format!("present  {:<22} {found}\n", need.name());
         } else {
             complete = false;
-            println!("MISSING  {:<22} {}", need.name(), need.remedy());
+            text += &format!("MISSING  {:<22} {}\n", need.name(), need.remedy());
         }
     }
-    match command::output("rustup", &["--version"]) {
-        Some(version) => println!("present  {:<22} {version}", "rustup"),
+    text += &match command::output("rustup", &["--version"]) {
+        Some(version) => format!("present  {:<22} {version}\n", "rustup"),
         // Needed only to install the others.
-        None => println!("absent   {:<22} not needed as long as nothing is missing", "rustup"),
-    }
-    println!("{}", if complete { "All there." } else { "Something is missing; see above." });
-    complete
+        None => format!("absent   {:<22} not needed as long as nothing is missing\n", "rustup"),
+    };
+    text += if complete { "All there.\n" } else { "Something is missing; see above.\n" };
+    (text, complete)
 }
 
 /// The first step of `cargo xtask test`: as [`report`], but asks rustup for what is missing.
@@ -128,7 +136,7 @@ pub fn provide(root: &Path) -> Result<(), String> {
             }
         }
     }
-    report();
+    print!("{}", report().0);
     let missing: Vec<String> =
         NEEDS.into_iter().filter(|need| need.found().is_none()).map(complaint).collect();
     if missing.is_empty() { Ok(()) } else { Err(missing.join("\n")) }

@@ -8,6 +8,7 @@
 //! The standard library is enough: this crate is built before anything else is checked.
 
 use std::env;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -32,15 +33,13 @@ fn main() -> ExitCode {
             return ExitCode::from(USAGE);
         }
     };
-    let root = root();
-    let passed = match asked {
-        cli::Asked::Help(text) => {
-            print!("{text}");
-            true
-        }
-        cli::Asked::Test { quick } => checks::run(&root, quick),
+    let (text, passed) = match asked {
+        cli::Asked::Help(text) => (text.to_owned(), true),
+        cli::Asked::Test { quick } => (String::new(), checks::run(&root(), quick)),
         cli::Asked::Doctor => doctor::report(),
     };
+    // Where nobody reads on (`| head`), there is nobody to tell.
+    let _ = io::stdout().write_all(text.as_bytes());
     if passed { ExitCode::SUCCESS } else { ExitCode::from(FAILED) }
 }
 
