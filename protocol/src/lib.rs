@@ -1,1 +1,44 @@
-//! protocol
+//! What travels between a host and a robot, and how a learned map is stored: the types, and their bytes.
+//!
+//! * [`message`]: what is said, one enum per direction ([`FromHost`], [`FromBoard`])
+//! * [`codec`]: a message to bytes and back ([`to_slice`], [`from_bytes`]), as [postcard] bodies
+//! * [`map_file`]: a learned map with its provenance, as one self-checking block of bytes
+//!
+//! Firmware, `hil_stub` and `host_sim` share this crate, so that the two ends cannot disagree about a field. It has
+//! no heap, no I/O and no clock, and no argument makes it panic.
+//!
+//! # Rules of the wire
+//!
+//! * **SI units**, named last in the field: `x_m`, `left_mps`, `silent_ms`. Angles in radians, left positive
+//!   ([`controller_core::units`] has the frames).
+//! * **Reals are `f32`**, whatever the controller computes with: one wire for all boards. [`Fixed`] values below 16
+//!   in magnitude pass through `f32` without loss (a test holds this); beyond, the nearest `f32` is sent.
+//! * **Reals are finite.** NaN and infinity are refused on both sides, by [`to_slice`] and by [`from_bytes`], and
+//!   the error names the field. What may be absent is an `Option`, never a special number.
+//! * **Lists are bounded** by their type, so the largest body is known at compile time ([`Message::MAX_BYTES`]).
+//! * **Variants are only ever appended**: the position of a variant is its number on the wire.
+//!
+//! # What is not here yet
+//!
+//! Bodies alone do not make a link. Frames (COBS with a zero delimiter), sequence numbers, the frame CRC, keys from a
+//! schema hash, parameters, telemetry and map transfer come with the firmware. Until then nothing may assume that
+//! damage to a message body is noticed: [`from_bytes`] refuses what cannot be a message, not every flipped bit. The
+//! map file has its own CRC and notices them.
+//!
+//! [postcard]: https://postcard.jamesmunns.com
+//! [`Fixed`]: controller_core::scalar::Fixed
+//! [`FromHost`]: message::FromHost
+//! [`FromBoard`]: message::FromBoard
+//! [`to_slice`]: codec::to_slice
+//! [`from_bytes`]: codec::from_bytes
+//! [`Message::MAX_BYTES`]: codec::Message::MAX_BYTES
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub mod message;
+
+pub mod codec;
+
+pub mod map_file;
+
+mod container;

@@ -1,0 +1,168 @@
+//! What must be installed to build and check this repository: what is there, what is missing, how to get it.
+//!
+//! `rust-toolchain.toml` lists components, yet rustup may be told not to install on its own (`RUSTUP_AUTO_INSTALL=0`)
+//! and then ignores the list without a word. So `cargo xtask test` asks rustup by name, and looks again.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::Path;
+
+use crate::command;
+
+/// The targets of the two boards.
+pub const TARGETS: [&str; 2] = ["thumbv7em-none-eabihf", "thumbv7m-none-eabi"];
+
+/// Something that must be there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Need {
+    /// The compiler itself.
+    Compiler,
+    /// A cargo subcommand that rustup has as a component.
+    Component(&'static str),
+    /// The standard library of a target.
+    Target(&'static str),
+}
+
+const NEEDS: [Need; 5] = [
+    Need::Compiler,
+    Need::Component("clippy"),
+    Need::Component("rustfmt"),
+    Need::Target(TARGETS[0]),
+    Need::Target(TARGETS[1]),
+];
+
+impl Need {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Compiler => "rustc",
+            Self::Component(name) | Self::Target(name) => name,
+        }
+    }
+
+    /// What is there, in a few words; `None` where it is missing.
+    fn found(self) -> Option<String> {
+        match self {
+            Self::Compiler => command::output("rustc", &["--version"]),
+            Self::Component("clippy") => command::output("cargo-clippy", &["--version"]),
+            Self::Component(program) => command::output(program, &["--version"]),
+            Self::Target(target) => {
+                let folder = command::output("rustc", &["--print", "target-libdir", "--target", target])?;
+                holds_core(Path::new(&folder)).then(|| "installed".to_owned())
+            }
+        }
+    }
+
+    /// How rustup is asked for it; the compiler is not asked for: without it nobody would read this.
+    fn rustup_arguments(self) -> Option<[&'static str; 3]> {
+        match self {
+            Self::Compiler => None,
+            Self::Component(name) => Some(["component", "add", name]),
+            Self::Target(name) => Some(["target", "add", name]),
+        }
+    }
+
+    /// How to get it by hand.
+    fn remedy(self) -> String {
+        match self {
+            Self::Compiler => "install Rust with rustup (https://rustup.rs)".to_owned(),
+            Self::Component(name) => {
+                format!("`rustup component add {name}`; without rustup, your system's package for {name}")
+            }
+            Self::Target(name) => format!(
+                "`rustup target add {name}`. Without rustup, on Debian: `apt-get install rustc-web cargo-web \
+                 rust-web-src`, then build the firmware by hand with `RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 \
+                 /usr/bin/cargo build --release -Zbuild-std=core,panic_abort --target {name} -p firmware`; \
+                 `cargo xtask test` itself needs the target installed"
+            ),
+        }
+    }
+}
+
+/// Whether a folder of target libraries holds `core`: it is the one every target has.
+fn holds_core(folder: &Path) -> bool {
+    let Ok(entries) = fs::read_dir(folder) else { return false };
+    entries.flatten().any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))
+}
+
+/// The targets that are missing, each with what to do; empty where both can be built for.
+pub fn missing_targets() -> Vec<String> {
+    let targets = NEEDS.into_iter().filter(|need| matches!(need, Need::Target(_)));
+    targets.filter(|need| need.found().is_none()).map(complaint).collect()
+}
+
+/// In a few words; the remedy in full is what [`report`] prints.
+fn complaint(need: Need) -> String {
+    let name = need.name();
+    match need.rustup_arguments() {
+        Some(arguments) => {
+            format!("{name} is missing: `rustup {}`, or see `cargo xtask doctor`", arguments.join(" "))
+        }
+        None => format!("{name} is missing: {}", need.remedy()),
+    }
+}
+
+/// What is there and what is missing, for people to read; and whether nothing is.
+pub fn report() -> (String, bool) {
+    let mut text = String::new();
+    let mut complete = true;
+    for need in NEEDS {
+        if let Some(found) = need.found() {
+            text += &format!("present  {:<22} {found}\n", need.name());
+        } else {
+            complete = false;
+            text += &format!("MISSING  {:<22} {}\n", need.name(), need.remedy());
+        }
+    }
+    text += &match command::output("rustup", &["--version"]) {
+        Some(version) => format!("present  {:<22} {version}\n", "rustup"),
+        // Needed only to install the others.
+        None => format!("absent   {:<22} not needed as long as nothing is missing\n", "rustup"),
+    };
+    text += if complete { "All there.\n" } else { "Something is missing; see above.\n" };
+    (text, complete)
+}
+
+/// The first step of `cargo xtask test`: as [`report`], but asks rustup for what is missing.
+pub fn provide(root: &Path) -> Result<(), String> {
+    for need in NEEDS {
+        if need.found().is_some() {
+            continue;
+        }
+        if let Some(arguments) = need.rustup_arguments() {
+            println!("{} is missing: asking rustup for it", need.name());
+            // Whether it helped is seen below, by looking again.
+            if let Err(message) = command::run(root, &OsString::from("rustup"), &arguments, &[]) {
+                println!("{message}");
+            }
+        }
+    }
+    print!("{}", report().0);
+    let missing: Vec<String> =
+        NEEDS.into_iter().filter(|need| need.found().is_none()).map(complaint).collect();
+    if missing.is_empty() { Ok(()) } else { Err(missing.join("\n")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{NEEDS, Need, TARGETS, complaint, holds_core};
+    use std::path::Path;
+
+    #[test]
+    fn every_complaint_names_the_thing_and_a_command() {
+        for need in NEEDS {
+            let said = complaint(need);
+            assert!(said.contains(need.name()) && said.contains("rustup"), "{said}");
+        }
+        assert!(Need::Target(TARGETS[1]).remedy().contains("-Zbuild-std=core,panic_abort"));
+        assert_eq!(Need::Component("clippy").rustup_arguments(), Some(["component", "add", "clippy"]));
+        assert_eq!(Need::Target("t").rustup_arguments(), Some(["target", "add", "t"]));
+    }
+
+    #[test]
+    fn what_does_not_exist_is_not_found() {
+        assert!(Need::Compiler.found().is_some(), "this test was compiled by one");
+        assert_eq!(Need::Target("thumbv0-none-eabi").found(), None);
+        assert_eq!(Need::Component("rust-no-such-component").found(), None);
+        assert!(!holds_core(Path::new(env!("CARGO_MANIFEST_DIR"))));
+    }
+}
