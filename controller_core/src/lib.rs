@@ -4,3 +4,5 @@
 pub mod scalar;
 
 pub mod units;
+
+pub mod planning;
