@@ -9,9 +9,9 @@
 //! doors between them.
 //!
 //! # Terms
-//! - [`Workspace`]: the known map as a raster. *Half-cells* are the planner's unit of length.
+//! - [`Workspace`]: the known map as a raster. *Quarter-cells* are the planner's unit of length.
 //! - **disc**: the robot's body and a margin, [`Footprint`]. A place is *clear* when the disc there touches no wall.
-//! - **lattice**: corners, edge middles and centres of the raster cells.
+//! - **lattice**: points a quarter of a raster cell apart.
 //! - **cell**: neighbouring column pieces of clear lattice points that share a band of rows (`cell_decomposition.rs`).
 //! - **passage**: where two cells touch; **doorway**: a place on the way between two walls that are close.
 //!
@@ -21,13 +21,13 @@
 //! 3. pull the way taut, cut its corners, move it to the middle of doorways (`route.rs`).
 //!
 //! # What holds
-//! Every straight join of start and checkpoints is tested by sweeping the disc over the raster, exactly up to 2/1000
-//! of a half-cell. A plan is found whenever the disc can go from lattice point to lattice point; the lattice
+//! Every straight join of start and checkpoints is tested by sweeping the disc over the raster, exactly up to 1/1000
+//! of a raster cell. A plan is found whenever the disc can go from lattice point to lattice point; the lattice
 //! holds the middle of every gap, so what is missed are doors that are wide enough by less than about a
 //! quarter of a raster cell. The outcome depends on the arguments only: ties go to the lower index.
 //!
 //! # Open in the papers, and we chose
-//! - How the workspace is cut: into columns pieces with a common band, which are fewer than rectangles.
+//! - How the workspace is cut: into column pieces with a common band, which are fewer than rectangles.
 //! - What makes a passage passable: the disc fits, tested on the raster.
 //! - Which way through the cells: the shortest found for the disc.
 //! - Where in a door the checkpoint lies: in its middle if the door is at most three discs wide.
@@ -54,7 +54,7 @@ mod tests;
 pub use workspace::{BitGrid, GridError, Workspace};
 
 use cell_decomposition::{Decomposition, NONE};
-use clearance::{Clearance, REACH_MAX, Spot, floor};
+use clearance::{Clearance, FINENESS, REACH_MAX, Spot, floor};
 use route::Route;
 use search::{PASSAGES_MAX, Problem, Search, Terminal};
 
@@ -287,8 +287,8 @@ impl<const CELLS: usize, const PASSAGES: usize> Planner<CELLS, PASSAGES> {
         self.map.cells.clear();
         self.map.passages.clear();
         let frame = Frame::new::<S, W>(workspace)?;
-        let reach = robot.reach_m() / frame.half_cell_m;
-        if !(0.04..=REACH_MAX).contains(&reach) {
+        let reach = robot.reach_m() / frame.quarter_cell_m;
+        if !(0.08..=REACH_MAX).contains(&reach) {
             let (reach_m, cell_size_m) = (robot.reach_m(), workspace.cell_size_m());
             return Err(PlanError::RasterMismatch { reach_m, cell_size_m });
         }
@@ -331,32 +331,32 @@ impl<const CELLS: usize, const PASSAGES: usize> Planner<CELLS, PASSAGES> {
 /// Where the raster lies in the world.
 struct Frame {
     origin_m: (f32, f32),
-    half_cell_m: f32,
-    /// Upper right corner in half-cells.
+    quarter_cell_m: f32,
+    /// Upper right corner in quarter-cells.
     size: Spot,
 }
 
 impl Frame {
     fn new<S: Scalar, W: Workspace>(workspace: &W) -> Result<Self, PlanError> {
         let (columns, rows) = (workspace.columns(), workspace.rows());
-        let half_cell_m = 0.5 * workspace.cell_size_m();
+        let quarter_cell_m = 0.25 * workspace.cell_size_m();
         let origin_m = workspace.origin_m();
-        let size = Spot { x: 2.0 * f32::from(columns), y: 2.0 * f32::from(rows) };
+        let size = Spot { x: 4.0 * f32::from(columns), y: 4.0 * f32::from(rows) };
         let range = -S::LIMIT.to_f32()..=S::LIMIT.to_f32();
-        let ends = [origin_m.0, origin_m.1, origin_m.0 + size.x * half_cell_m, origin_m.1 + size.y * half_cell_m];
+        let ends = [origin_m.0, origin_m.1, origin_m.0 + size.x * quarter_cell_m, origin_m.1 + size.y * quarter_cell_m];
         let sides = 1..=SIDE_MAX;
-        let sound = half_cell_m > 0.0 && ends.iter().all(|end| range.contains(end));
+        let sound = quarter_cell_m > 0.0 && ends.iter().all(|end| range.contains(end));
         if !sound || !sides.contains(&columns) || !sides.contains(&rows) {
             return Err(PlanError::BadMap { columns, rows });
         }
-        Ok(Self { origin_m, half_cell_m, size })
+        Ok(Self { origin_m, quarter_cell_m, size })
     }
 
     /// A world point on the raster, `None` outside of it (also when it is not a number).
     fn spot(&self, x_m: f32, y_m: f32) -> Option<Spot> {
         let spot = Spot {
-            x: (x_m - self.origin_m.0) / self.half_cell_m,
-            y: (y_m - self.origin_m.1) / self.half_cell_m,
+            x: (x_m - self.origin_m.0) / self.quarter_cell_m,
+            y: (y_m - self.origin_m.1) / self.quarter_cell_m,
         };
         let inside = (0.0..=self.size.x).contains(&spot.x) && (0.0..=self.size.y).contains(&spot.y);
         inside.then_some(spot)
@@ -365,8 +365,8 @@ impl Frame {
     /// A spot in the world.
     fn point<S: Scalar>(&self, spot: Spot) -> Point<S> {
         Point::from_metres(
-            self.origin_m.0 + spot.x * self.half_cell_m,
-            self.origin_m.1 + spot.y * self.half_cell_m,
+            self.origin_m.0 + spot.x * self.quarter_cell_m,
+            self.origin_m.1 + spot.y * self.quarter_cell_m,
         )
     }
 }
@@ -379,9 +379,9 @@ fn anchor<W: Workspace>(clearance: &Clearance<'_, W>, spot: Spot) -> Option<(i32
     let (x, y) = (floor(spot.x), floor(spot.y));
     let mut best = None;
     let mut nearest = f32::INFINITY;
-    // Three half-cells each way: a disc between walls that no nearer lattice point suits can still leave.
-    for column in x - 2..=x + 3 {
-        for row in y - 2..=y + 3 {
+    // One raster cell each way: a disc between walls that no nearer lattice point suits can still leave.
+    for column in x - FINENESS..=x + FINENESS + 1 {
+        for row in y - FINENESS..=y + FINENESS + 1 {
             let point = Spot::lattice(column, row);
             let distance = spot.distance_to(point);
             if distance < nearest && clearance.is_clear_at(column, row) && clearance.is_clear(spot, point) {

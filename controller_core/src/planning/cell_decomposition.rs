@@ -47,19 +47,26 @@ pub(super) struct Passage {
     column: u16,
     low: u16,
     high: u16,
+    /// What the rows of column `right` have more: 0, or ±1 for a slanting step between runs that do not overlap.
+    slant: i16,
 }
 
 impl Passage {
     /// Lower (0) or upper end.
     pub fn end(&self, end: usize) -> Spot {
-        Spot { x: f32::from(self.column), y: f32::from(if end == 0 { self.low } else { self.high }) }
+        self.at(end, self.column)
     }
 
     /// The lattice point of `cell` at an end of the passage. Either cell may go on beside the other, so that only its
     /// own column is surely its own.
     pub fn entry(&self, end: usize, cell: u16) -> Spot {
-        let column = if self.cells[0] == cell { self.right.saturating_sub(1) } else { self.right };
-        Spot { x: f32::from(column), y: self.end(end).y }
+        self.at(end, if self.cells[0] == cell { self.right.saturating_sub(1) } else { self.right })
+    }
+
+    fn at(&self, end: usize, column: u16) -> Spot {
+        let row = if end == 0 { self.low } else { self.high };
+        let slant = if column == self.right { f32::from(self.slant) } else { 0.0 };
+        Spot { x: f32::from(column), y: f32::from(row) + slant }
     }
 
     /// The passage after this one in the list of `cell`.
@@ -124,7 +131,7 @@ impl<const CELLS: usize, const PASSAGES: usize> Decomposition<CELLS, PASSAGES> {
             self.current.clear();
             let mut walk = clearance.column(x);
             while let Some(run) = clearance.next_run(&mut walk) {
-                self.add_run(x, run)?;
+                self.add_run(clearance, x, run)?;
             }
             for (cell, (_, y)) in found.iter_mut().zip(anchors).filter(|(_, anchor)| anchor.0 == x) {
                 if let Some(run) = self.current.iter().find(|run| run.low <= y && y <= run.high) {
@@ -138,7 +145,12 @@ impl<const CELLS: usize, const PASSAGES: usize> Decomposition<CELLS, PASSAGES> {
     }
 
     /// Puts a run of column `x` into the cell it continues, or a new one, and notes its passages.
-    fn add_run(&mut self, x: i32, (low, high): (i32, i32)) -> Result<(), Overflow> {
+    fn add_run<W: Workspace>(
+        &mut self,
+        clearance: &Clearance<'_, W>,
+        x: i32,
+        (low, high): (i32, i32),
+    ) -> Result<(), Overflow> {
         let mut best: Option<(i32, Run)> = None;
         for run in self.previous.iter().skip_while(|run| run.high < low).take_while(|run| run.low <= high) {
             let shared = overlap((low, high), run);
@@ -160,22 +172,30 @@ impl<const CELLS: usize, const PASSAGES: usize> Decomposition<CELLS, PASSAGES> {
             Run { cell, low, high, widest: length }
         };
         self.current.push(run).map_err(|_| Overflow::Cells)?;
-        for other in self.previous.iter().skip_while(|other| other.high < low) {
-            if other.low > high {
+        for other in self.previous.iter().skip_while(|other| other.high + 1 < low) {
+            if other.low > high + 1 {
                 break;
             }
-            if other.cell != run.cell {
-                let new = Passage {
-                    cells: [other.cell, run.cell],
-                    next: [NONE; 2],
-                    right: lattice_index(x),
-                    // The corner to go round is at the end of the shorter run.
-                    column: lattice_index(if other.high - other.low < high - low { x - 1 } else { x }),
-                    low: lattice_index(low.max(other.low)),
-                    high: lattice_index(high.min(other.high)),
-                };
-                self.passages.push(new).map_err(|_| Overflow::Passages)?;
+            let (first, last) = (low.max(other.low), high.min(other.high));
+            // Runs that only meet at a corner: a slanting gap that just lets the disc through.
+            let slant = if last < first { (low - other.high).signum() } else { 0 };
+            let row = if slant > 0 { other.high } else { other.low };
+            let step = (Spot::lattice(x - 1, row), Spot::lattice(x, row + slant));
+            if other.cell == run.cell || (slant != 0 && !clearance.is_clear(step.0, step.1)) {
+                continue;
             }
+            let (first, last) = if slant == 0 { (first, last) } else { (row, row) };
+            let new = Passage {
+                cells: [other.cell, run.cell],
+                next: [NONE; 2],
+                right: lattice_index(x),
+                // The corner to go round is at the end of the shorter run.
+                column: lattice_index(if other.high - other.low < high - low { x - 1 } else { x }),
+                low: lattice_index(first),
+                high: lattice_index(last),
+                slant: i16::try_from(slant).unwrap_or(0),
+            };
+            self.passages.push(new).map_err(|_| Overflow::Passages)?;
         }
         Ok(())
     }

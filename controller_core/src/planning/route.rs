@@ -202,7 +202,7 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
             let mut at = 0.0;
             while at < length {
                 let spot = a.towards(b, at / length);
-                at += reach.max(0.5);
+                at += reach.max(1.0);
                 let gap = self.gap(spot);
                 match (&mut found, gap) {
                     (Some(narrow), Some((width, _))) => narrow.go_on(index, spot, width),
@@ -266,9 +266,9 @@ impl Narrow {
 
     fn go_on(&mut self, before: usize, spot: Spot, width: f32) {
         self.last = spot;
-        if width < self.width - 0.25 {
+        if width < self.width - 0.5 {
             (self.before, self.width, self.narrowest) = (before, width, (spot, spot));
-        } else if width < self.width + 0.25 {
+        } else if width < self.width + 0.5 {
             self.narrowest.1 = spot;
         }
     }

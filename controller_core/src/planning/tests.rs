@@ -47,7 +47,7 @@ fn explore() {
     let mut shares = Vec::new();
     let mut counts = Vec::new();
     let mut worst = f64::MAX;
-    for seed in 0..400_u64 {
+    for seed in 0..240_u64 {
         let mut random = Random::new(seed + 7777);
         let (columns, rows) = (random.between(40, 64), random.between(40, 64));
         let (discs, walls) = (random.between(0, 14), random.between(0, 3));
@@ -84,7 +84,8 @@ fn explore() {
             (None, Err(_)) => none += 1,
             (best, plan) => {
                 differ += 1;
-                std::println!("seed {seed}: {best:?} {plan:?}");
+                let small = planner.plan::<f32, _, 64>(&world, &Footprint::new(0.0295, 0.0).unwrap(), start, goal).is_ok();
+                std::println!("seed {seed}: {best:?} smaller {small} {plan:?}");
             }
         }
     }
@@ -95,4 +96,38 @@ fn explore() {
     std::println!("both {both} none {none} differ {differ} clearance {worst}");
     std::println!("ratio median {:?} 90% {:?} worst {:?}", ratios[n / 2], ratios[n * 9 / 10], &ratios[n - 8..]);
     std::println!("cells/free median {} max {}; checkpoints {} {}", shares[shares.len() / 2], shares[shares.len() - 1], counts[counts.len() / 2], counts[counts.len() - 1]);
+}
+
+#[test]
+fn speed() {
+    let mut planner = std::boxed::Box::new(Planner::<8192, 16384>::new());
+    let robot = Footprint::new(0.025, 0.005).unwrap();
+    for (discs, walls) in [(0, 0), (100, 4), (400, 2), (1200, 0)] {
+        let mut slowest = 0.0_f64;
+        let mut total = 0.0;
+        let (mut ok, mut cells, mut passages, mut checkpoints) = (0, 0, 0, 0);
+        for seed in 0..10 {
+            let mut random = Random::new(seed + 99);
+            let world = World::random(seed, 512, 512, discs, walls);
+            let mut place = || {
+                for _ in 0..300 {
+                    let at = (random.between(3, 508), random.between(3, 508));
+                    let spot = (f64::from(at.0) + 0.5, f64::from(at.1) + 0.5);
+                    if reference::clearance(&world, spot, spot, 4.0) >= 3.0 { return at; }
+                }
+                (3, 3)
+            };
+            let (s, g) = (place(), place());
+            let before = std::time::Instant::now();
+            let plan = planner.plan::<f32, _, 256>(&world, &robot, middle(&world, s.0, s.1), middle(&world, g.0, g.1));
+            let t = before.elapsed().as_secs_f64() * 1e3;
+            slowest = slowest.max(t);
+            total += t;
+            ok += usize::from(plan.is_ok());
+            cells += planner.cell_count();
+            passages += planner.passage_count();
+            if let Ok(plan) = plan { checkpoints += plan.len(); }
+        }
+        std::println!("512: discs {discs} walls {walls}: mean {} ms, slowest {slowest} ms, ok {ok}/10, mean cells {} passages {} checkpoints {}", total / 10.0, cells / 10, passages / 10, checkpoints / ok.max(1));
+    }
 }

@@ -86,6 +86,18 @@ pub fn clearance(world: &World, a: (f64, f64), b: (f64, f64), within: f64) -> f6
 ///
 /// All in cells. Start and goal must be lattice points.
 pub fn shortest(world: &World, radius: f64, fineness: i32, start: (i32, i32), goal: (i32, i32)) -> Option<f64> {
+    shortest_by(world, radius, fineness, start, goal, STEPS.len())
+}
+
+/// [`shortest`] with only the first `steps` kinds of moves: 4 are those along the axes.
+pub fn shortest_by(
+    world: &World,
+    radius: f64,
+    fineness: i32,
+    start: (i32, i32),
+    goal: (i32, i32),
+    steps: usize,
+) -> Option<f64> {
     let (columns, rows) = (i32::from(world.columns()) * fineness + 1, i32::from(world.rows()) * fineness + 1);
     let place = |(x, y): (i32, i32)| (f64::from(x) / f64::from(fineness), f64::from(y) / f64::from(fineness));
     let index = |(x, y): (i32, i32)| usize::try_from(y * columns + x).unwrap();
@@ -105,7 +117,7 @@ pub fn shortest(world: &World, radius: f64, fineness: i32, start: (i32, i32), go
         if at == goal {
             return Some(cost[index(at)]);
         }
-        for step in STEPS {
+        for &step in &STEPS[..steps] {
             let next = (at.0 + step.0, at.1 + step.1);
             if next.0 < 0 || next.1 < 0 || next.0 >= columns || next.1 >= rows || !clear[index(next)] {
                 continue;

@@ -71,8 +71,9 @@ impl World {
 
     /// Makes the cells that a disc touches not free; all in cells.
     pub fn disc(&mut self, x: u16, y: u16, radius: f64) {
-        for row in 0..self.rows {
-            for column in 0..self.columns {
+        // No disc here is larger than 8 cells.
+        for row in y.saturating_sub(8)..(y + 8).min(self.rows) {
+            for column in x.saturating_sub(8)..(x + 8).min(self.columns) {
                 let gap = |at: u16, cell: u16| {
                     let (at, cell) = (f64::from(at), f64::from(cell));
                     (cell - at).max(at - cell - 1.0).max(0.0)
