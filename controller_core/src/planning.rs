@@ -1,3 +1,396 @@
-//! Planning: sparse checkpoints in the workspace instead of a path in configuration space (P1, section 2.1).
+//! Planning: from a known map to a sparse list of **checkpoints**, the top of the architecture and its slowest part.
+//!
+//! The planner is asked when there is a new goal or a new map (seconds to minutes); target reaching takes its
+//! checkpoints one after the other, and obstacle avoidance deals with all that the map does not show. Without a
+//! planner ("decapitated") the rest still works, with the goal as the only checkpoint.
+//!
+//! Source: approximate cell decomposition of the workspace, P1 section 2.1 and P2 section II (Low, Leow, Ang, AAMAS
+//! 2002 and ICRA 2003): few cells, any two points of a cell can be joined by reactive motion, checkpoints at the
+//! doors between them.
+//!
+//! # Terms
+//! - [`Workspace`]: the known map as a raster. *Quarter-cells* are the planner's unit of length.
+//! - **disc**: the robot's body and a margin, [`Footprint`]. A place is *clear* when the disc there touches no wall.
+//! - **lattice**: points a quarter of a raster cell apart.
+//! - **cell**: neighbouring column pieces of clear lattice points that share a band of rows (`cell_decomposition.rs`).
+//! - **passage**: where two cells touch; **doorway**: a place on the way between two walls that are close.
+//!
+//! # Steps
+//! 1. sweep the raster once from left to right into cells and passages;
+//! 2. A* over the ends of the passages, from goal to start (`search.rs`);
+//! 3. pull the way taut, cut its corners, move it to the middle of doorways (`route.rs`).
+//!
+//! # What holds
+//! Every straight join of start and checkpoints is tested by sweeping the disc over the raster, exactly up to 1/1000
+//! of a raster cell. A plan is found whenever the disc can go from lattice point to lattice point; the lattice
+//! holds the middle of every gap, so what is missed are doors that are wide enough by less than about a
+//! quarter of a raster cell. The outcome depends on the arguments only: ties go to the lower index.
+//!
+//! # Open in the papers, and we chose
+//! - How the workspace is cut: into column pieces with a common band, which are fewer than rectangles.
+//! - What makes a passage passable: the disc fits, tested on the raster.
+//! - Which way through the cells: the shortest found for the disc.
+//! - Where in a door the checkpoint lies: in its middle if the door is at most three discs wide.
+//!
+//! # We changed
+//! - The papers' cells leave the robot's size to reactive motion. Ours hold only places where the disc is clear, since
+//!   a plan through a door that is too narrow is no plan. Nothing inflated is stored.
+//! - Corners that are not in a doorway get a checkpoint too where the straight join would touch a wall.
+
+use core::fmt;
+
+use crate::scalar::Scalar;
+use crate::units::Point;
 
 pub mod checkpoint;
+
+mod cell_decomposition;
+mod clearance;
+mod route;
+mod search;
+mod workspace;
+
+#[cfg(test)]
+mod tests;
+
+pub use workspace::{BitGrid, GridError, Workspace};
+
+use cell_decomposition::{Decomposition, NONE};
+use clearance::{Clearance, FINENESS, REACH_MAX, Spot, floor};
+use route::Route;
+use search::{PASSAGES_MAX, Problem, Search, Terminal};
+
+/// Columns and rows that a raster may have: coordinates stay exact to 1/1000 of a cell in `f32`.
+pub const SIDE_MAX: u16 = 4096;
+
+/// The disc that must fit: the robot's body and what it should keep away from walls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Footprint {
+    radius_m: f32,
+    margin_m: f32,
+}
+
+impl Footprint {
+    /// A body of `radius_m` metres (above 0) that keeps `margin_m` metres (0 or more) away from walls.
+    ///
+    /// # Errors
+    /// [`PlanError::BadFootprint`] when either is out of its range or not a number.
+    pub fn new(radius_m: f32, margin_m: f32) -> Result<Self, PlanError> {
+        let sum = radius_m + margin_m;
+        if sum.is_finite() && radius_m > 0.0 && margin_m >= 0.0 {
+            Ok(Self { radius_m, margin_m })
+        } else {
+            Err(PlanError::BadFootprint { radius_m, margin_m })
+        }
+    }
+
+    /// Radius of the disc, margin included, in metres.
+    #[must_use]
+    pub fn reach_m(&self) -> f32 {
+        self.radius_m + self.margin_m
+    }
+}
+
+/// Why there is no plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PlanError {
+    /// Radius not above 0, margin below 0, or not numbers.
+    BadFootprint {
+        /// Radius given.
+        radius_m: f32,
+        /// Margin given.
+        margin_m: f32,
+    },
+    /// The disc covers too many raster cells, or too small a part of one.
+    RasterMismatch {
+        /// Radius and margin of the disc.
+        reach_m: f32,
+        /// Edge of a raster cell.
+        cell_size_m: f32,
+    },
+    /// The raster has no cells, more than [`SIDE_MAX`] in a row or column, or no finite place in the world.
+    BadMap {
+        /// Columns of the raster.
+        columns: u16,
+        /// Rows of the raster.
+        rows: u16,
+    },
+    /// The start is not on the raster.
+    StartOutside {
+        /// x of the start.
+        x_m: f32,
+        /// y of the start.
+        y_m: f32,
+    },
+    /// The disc at the start touches a wall, or the edge of the raster.
+    StartBlocked {
+        /// x of the start.
+        x_m: f32,
+        /// y of the start.
+        y_m: f32,
+    },
+    /// The goal is not on the raster.
+    GoalOutside {
+        /// x of the goal.
+        x_m: f32,
+        /// y of the goal.
+        y_m: f32,
+    },
+    /// The disc at the goal touches a wall, or the edge of the raster.
+    GoalBlocked {
+        /// x of the goal.
+        x_m: f32,
+        /// y of the goal.
+        y_m: f32,
+    },
+    /// No way from start to goal is wide enough for the disc.
+    NoPassage {
+        /// Radius and margin of the disc.
+        reach_m: f32,
+    },
+    /// The map falls into more cells than the planner has room for.
+    TooManyCells {
+        /// Room for cells.
+        capacity: usize,
+    },
+    /// The cells have more passages than the planner has room for.
+    TooManyPassages {
+        /// Room for passages.
+        capacity: usize,
+    },
+    /// The way has more bends than the plan has room for.
+    TooManyCheckpoints {
+        /// Room for checkpoints.
+        capacity: usize,
+    },
+}
+
+impl fmt::Display for PlanError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BadFootprint { radius_m, margin_m } => {
+                write!(f, "radius {radius_m} m, margin {margin_m} m: give a radius above 0 and a margin of 0 or more")
+            }
+            Self::RasterMismatch { reach_m, cell_size_m } => write!(
+                f,
+                "a disc of radius {reach_m} m on raster cells of {cell_size_m} m: choose cells between 1/24 and 50 \
+                 times the disc's radius"
+            ),
+            Self::BadMap { columns, rows } => write!(
+                f,
+                "a raster of {columns} x {rows} cells: give 1 to {SIDE_MAX} each way, a cell size above 0 and an \
+                 origin within the scalar's range"
+            ),
+            Self::StartOutside { x_m, y_m } => {
+                write!(f, "the start ({x_m}, {y_m}) m is outside of the map: move it, or enlarge the map")
+            }
+            Self::StartBlocked { x_m, y_m } => {
+                write!(f, "the start ({x_m}, {y_m}) m is in a wall or too near: move it, or reduce the margin")
+            }
+            Self::GoalOutside { x_m, y_m } => {
+                write!(f, "the goal ({x_m}, {y_m}) m is outside of the map: move it, or enlarge the map")
+            }
+            Self::GoalBlocked { x_m, y_m } => {
+                write!(f, "the goal ({x_m}, {y_m}) m is in a wall or too near: move it, or reduce the margin")
+            }
+            Self::NoPassage { reach_m } => write!(
+                f,
+                "no way to the goal is {} m wide: reduce the margin, or use a finer raster",
+                2.0 * reach_m
+            ),
+            Self::TooManyCells { capacity } => {
+                write!(f, "the map has more than {capacity} cells: raise CELLS, or coarsen the raster")
+            }
+            Self::TooManyPassages { capacity } => {
+                write!(f, "the map has more than {capacity} passages: raise PASSAGES, or coarsen the raster")
+            }
+            Self::TooManyCheckpoints { capacity } => {
+                write!(f, "the way has more than {capacity} checkpoints: raise CHECKPOINTS")
+            }
+        }
+    }
+}
+
+impl core::error::Error for PlanError {}
+
+/// Which of the planner's stores is full.
+#[derive(Clone, Copy, Debug)]
+enum Overflow {
+    Cells,
+    Passages,
+}
+
+/// A lattice coordinate for storage; rasters are at most 4096 cells, so all fit.
+fn lattice_index(value: i32) -> u16 {
+    u16::try_from(value).unwrap_or(0)
+}
+
+/// The planner with its scratch memory; what it holds between two plans is of no consequence.
+///
+/// ```
+/// use controller_core::planning::{BitGrid, Footprint, Planner};
+/// use controller_core::units::Point;
+///
+/// // A room of 0.32 m x 0.32 m, rasterised at 10 mm.
+/// let room = BitGrid::<32>::new(32, 32, 0.01, (0.0, 0.0)).unwrap();
+/// let robot = Footprint::new(0.025, 0.005).unwrap();
+/// let (start, goal) = (Point::from_metres(0.05, 0.05), Point::from_metres(0.25_f32, 0.2));
+/// let plan = Planner::<8, 8>::new().plan::<_, _, 4>(&room, &robot, start, goal).unwrap();
+/// assert_eq!(plan.as_slice(), [goal]);
+/// ```
+pub struct Planner<const CELLS: usize, const PASSAGES: usize> {
+    map: Decomposition<CELLS, PASSAGES>,
+    search: Search<PASSAGES>,
+}
+
+impl<const CELLS: usize, const PASSAGES: usize> Default for Planner<CELLS, PASSAGES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const CELLS: usize, const PASSAGES: usize> Planner<CELLS, PASSAGES> {
+    /// A planner with room for `CELLS` cells and `PASSAGES` passages; fit for a `static`.
+    #[must_use]
+    pub const fn new() -> Self {
+        const {
+            // Cells and ends of passages are numbered with 16 bits, the topmost numbers are special.
+            assert!(CELLS < 65_535 && PASSAGES <= PASSAGES_MAX);
+        }
+        Self { map: Decomposition::new(), search: Search::new() }
+    }
+
+    /// Cells of the last plan.
+    #[must_use]
+    pub fn cell_count(&self) -> usize {
+        self.map.cells.len()
+    }
+
+    /// Passages of the last plan.
+    #[must_use]
+    pub fn passage_count(&self) -> usize {
+        self.map.passages.len()
+    }
+
+    /// Checkpoints from `start` to `goal` (world frame) for the disc of `robot`; the last one is `goal` as given.
+    ///
+    /// The disc can be moved along the straight lines from the start over all checkpoints without touching a cell
+    /// that is not free. Gaps of the map on that way that are at most three discs wide are passed in the middle.
+    ///
+    /// # Errors
+    /// [`PlanError`]; each names what to change.
+    pub fn plan<S: Scalar, W: Workspace, const CHECKPOINTS: usize>(
+        &mut self,
+        workspace: &W,
+        robot: &Footprint,
+        start: Point<S>,
+        goal: Point<S>,
+    ) -> Result<heapless::Vec<Point<S>, CHECKPOINTS>, PlanError> {
+        self.map.cells.clear();
+        self.map.passages.clear();
+        let frame = Frame::new::<S, W>(workspace)?;
+        let reach = robot.reach_m() / frame.quarter_cell_m;
+        if !(0.08..=REACH_MAX).contains(&reach) {
+            let (reach_m, cell_size_m) = (robot.reach_m(), workspace.cell_size_m());
+            return Err(PlanError::RasterMismatch { reach_m, cell_size_m });
+        }
+        let clearance = Clearance::new(workspace, reach);
+        let (x_m, y_m) = (start.x_m.to_f32(), start.y_m.to_f32());
+        let from = frame.spot(x_m, y_m).ok_or(PlanError::StartOutside { x_m, y_m })?;
+        let from_anchor = anchor(&clearance, from).ok_or(PlanError::StartBlocked { x_m, y_m })?;
+        let (x_m, y_m) = (goal.x_m.to_f32(), goal.y_m.to_f32());
+        let to = frame.spot(x_m, y_m).ok_or(PlanError::GoalOutside { x_m, y_m })?;
+        let to_anchor = anchor(&clearance, to).ok_or(PlanError::GoalBlocked { x_m, y_m })?;
+
+        let found = self.map.build(&clearance, [from_anchor, to_anchor]);
+        let [from_cell, to_cell] = found.map_err(|overflow| match overflow {
+            Overflow::Cells => PlanError::TooManyCells { capacity: CELLS },
+            Overflow::Passages => PlanError::TooManyPassages { capacity: PASSAGES },
+        })?;
+        let terminal = |spot, (x, y), cell| Terminal { spot, anchor: Spot::lattice(x, y), cell };
+        let problem = Problem {
+            clearance: &clearance,
+            map: &self.map,
+            start: terminal(from, from_anchor, from_cell),
+            goal: terminal(to, to_anchor, to_cell),
+        };
+        let lost = from_cell == NONE || to_cell == NONE;
+        if lost || !self.search.run(&problem) {
+            return Err(PlanError::NoPassage { reach_m: robot.reach_m() });
+        }
+        let too_many = |_| PlanError::TooManyCheckpoints { capacity: CHECKPOINTS };
+        let mut route = Route::<W, CHECKPOINTS>::new(&clearance, from);
+        self.search.walk(&problem, |spot| route.extend(spot)).map_err(too_many)?;
+        let spots = route.finish().map_err(too_many)?;
+        let mut plan: heapless::Vec<_, CHECKPOINTS> = spots.iter().map(|&spot| frame.point(spot)).collect();
+        if let Some(last) = plan.last_mut() {
+            *last = goal;
+        }
+        Ok(plan)
+    }
+}
+
+/// Where the raster lies in the world.
+struct Frame {
+    origin_m: (f32, f32),
+    quarter_cell_m: f32,
+    /// Upper right corner in quarter-cells.
+    size: Spot,
+}
+
+impl Frame {
+    fn new<S: Scalar, W: Workspace>(workspace: &W) -> Result<Self, PlanError> {
+        let (columns, rows) = (workspace.columns(), workspace.rows());
+        let quarter_cell_m = 0.25 * workspace.cell_size_m();
+        let origin_m = workspace.origin_m();
+        let size = Spot { x: 4.0 * f32::from(columns), y: 4.0 * f32::from(rows) };
+        let range = -S::LIMIT.to_f32()..=S::LIMIT.to_f32();
+        let ends = [origin_m.0, origin_m.1, origin_m.0 + size.x * quarter_cell_m, origin_m.1 + size.y * quarter_cell_m];
+        let sides = 1..=SIDE_MAX;
+        let sound = quarter_cell_m > 0.0 && ends.iter().all(|end| range.contains(end));
+        if !sound || !sides.contains(&columns) || !sides.contains(&rows) {
+            return Err(PlanError::BadMap { columns, rows });
+        }
+        Ok(Self { origin_m, quarter_cell_m, size })
+    }
+
+    /// A world point on the raster, `None` outside of it (also when it is not a number).
+    fn spot(&self, x_m: f32, y_m: f32) -> Option<Spot> {
+        let spot = Spot {
+            x: (x_m - self.origin_m.0) / self.quarter_cell_m,
+            y: (y_m - self.origin_m.1) / self.quarter_cell_m,
+        };
+        let inside = (0.0..=self.size.x).contains(&spot.x) && (0.0..=self.size.y).contains(&spot.y);
+        inside.then_some(spot)
+    }
+
+    /// A spot in the world.
+    fn point<S: Scalar>(&self, spot: Spot) -> Point<S> {
+        Point::from_metres(
+            self.origin_m.0 + spot.x * self.quarter_cell_m,
+            self.origin_m.1 + spot.y * self.quarter_cell_m,
+        )
+    }
+}
+
+/// The nearest clear lattice point in straight reach of `spot`; `None` when the disc does not fit there.
+fn anchor<W: Workspace>(clearance: &Clearance<'_, W>, spot: Spot) -> Option<(i32, i32)> {
+    if !clearance.is_clear(spot, spot) {
+        return None;
+    }
+    let (x, y) = (floor(spot.x), floor(spot.y));
+    let mut best = None;
+    let mut nearest = f32::INFINITY;
+    // One raster cell each way: a disc between walls that no nearer lattice point suits can still leave.
+    for column in x - FINENESS..=x + FINENESS + 1 {
+        for row in y - FINENESS..=y + FINENESS + 1 {
+            let point = Spot::lattice(column, row);
+            let distance = spot.distance_to(point);
+            if distance < nearest && clearance.is_clear_at(column, row) && clearance.is_clear(spot, point) {
+                nearest = distance;
+                best = Some((column, row));
+            }
+        }
+    }
+    best
+}

@@ -1,0 +1,317 @@
+//! Where the disc may be, asked of the raster each time: nothing inflated is stored.
+//!
+//! Everything here is measured in **quarter-cells** of the raster, from its lower left corner. The points with whole
+//! coordinates form the *lattice*. It is exact where it matters:
+//! - walls are unions of raster cells, so the middle of any gap (between two corners, a corner and an edge, or two
+//!   edges) is a lattice point: the lattice sees every door at its full width. Half-cells would do for that; quarters
+//!   halve what is lost on the way to the middle of a slanting gap, at twice the time of the sweep;
+//! - the point of a wall nearest to a lattice edge or square is nearest to one of its lattice *corners*, since walls
+//!   end at whole coordinates: four clear corners make the whole square clear, two make the edge clear.
+
+use super::workspace::Workspace;
+use crate::scalar::Scalar;
+
+/// Lattice steps along the edge of a raster cell.
+pub(super) const FINENESS: i32 = 4;
+
+/// [`FINENESS`] for lengths.
+const CELL: f32 = 4.0;
+
+/// Largest radius of the disc in quarter-cells; with it the cursors of a column fit in a fixed array.
+pub(super) const REACH_MAX: f32 = 96.0;
+
+/// Columns of the raster that a disc of [`REACH_MAX`] can touch, with room for both ends.
+const STENCIL: usize = 52;
+
+/// By how much swept tests shrink the disc, in quarter-cells, to absorb the rounding of `f32` (at most 1e-3 on a raster
+/// of 4096 cells). On a 10 mm raster this is 10 µm.
+const TOLERANCE: f32 = 4e-3;
+
+/// A point in quarter-cells from the lower left corner of the raster.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Spot {
+    pub x: f32,
+    pub y: f32,
+}
+
+impl Spot {
+    /// The lattice point.
+    pub fn lattice(column: i32, row: i32) -> Self {
+        Self { x: f32::from_i32(column), y: f32::from_i32(row) }
+    }
+
+    /// Distance to another spot.
+    pub fn distance_to(self, other: Self) -> f32 {
+        let (dx, dy) = (other.x - self.x, other.y - self.y);
+        libm::sqrtf(dx * dx + dy * dy)
+    }
+
+    /// The spot at `share` (0 ..= 1) of the way to another.
+    pub fn towards(self, other: Self, share: f32) -> Self {
+        Self { x: self.x + share * (other.x - self.x), y: self.y + share * (other.y - self.y) }
+    }
+}
+
+/// The next whole number at or below; saturates, and NaN gives 0.
+pub(super) fn floor(value: f32) -> i32 {
+    #[expect(clippy::cast_possible_truncation, reason = "float to integer `as` saturates, which is what we want")]
+    let whole = libm::floorf(value) as i32;
+    whole
+}
+
+/// The raster seen by a disc.
+pub(super) struct Clearance<'a, W> {
+    workspace: &'a W,
+    columns: i32,
+    rows: i32,
+    /// Radius of the disc, margin included, in quarter-cells.
+    pub reach: f32,
+    /// A lattice point is clear when every wall is at a squared distance of at least this, in quarter-cells².
+    threshold: i32,
+}
+
+/// One raster column near a lattice column: which of its wall cells is the next on the way up.
+#[derive(Clone, Copy, Default)]
+struct Cursor {
+    column: i32,
+    /// How far above and below a wall cell of this column the disc's centre must stay, in quarter-cells.
+    extent: i32,
+    row: i32,
+}
+
+/// A walk up one lattice column from clear run to clear run.
+pub(super) struct Column {
+    cursors: heapless::Vec<Cursor, STENCIL>,
+    /// No run left below this row.
+    from: i32,
+}
+
+impl<'a, W: Workspace> Clearance<'a, W> {
+    /// `reach` (disc radius in quarter-cells) must be above 0 and at most [`REACH_MAX`].
+    pub fn new(workspace: &'a W, reach: f32) -> Self {
+        // Relative 1e-5: a disc that fits exactly must not fail by the rounding of metres to quarter-cells.
+        let threshold = -floor(-(reach * reach * (1.0 - 1e-5)));
+        let (columns, rows) = (i32::from(workspace.columns()), i32::from(workspace.rows()));
+        Self { workspace, columns, rows, reach, threshold: threshold.max(1) }
+    }
+
+    /// Number of lattice columns.
+    pub fn lattice_columns(&self) -> i32 {
+        FINENESS * self.columns + 1
+    }
+
+    /// Whether the raster cell is there and free.
+    fn is_free(&self, column: i32, row: i32) -> bool {
+        if column < 0 || row < 0 || column >= self.columns || row >= self.rows {
+            return false;
+        }
+        match (u16::try_from(column), u16::try_from(row)) {
+            (Ok(column), Ok(row)) => self.workspace.is_free(column, row),
+            _ => false,
+        }
+    }
+
+    /// The first row from `row` up that is not free in a column of the raster; the row above the raster is not.
+    fn next_wall(&self, column: i32, row: i32) -> i32 {
+        match (u16::try_from(column), u16::try_from(row)) {
+            (Ok(column), Ok(row)) if i32::from(row) < self.rows => {
+                i32::from(self.workspace.next_wall(column, row)).min(self.rows)
+            }
+            _ => row,
+        }
+    }
+
+    /// Starts a walk up a lattice column.
+    pub fn column(&self, x: i32) -> Column {
+        let span = floor(self.reach) + 1;
+        let mut cursors = heapless::Vec::new();
+        for column in (x - span - FINENESS).div_euclid(FINENESS)..=(x + span).div_euclid(FINENESS) {
+            let gap = (FINENESS * column - x).max(x - FINENESS * (column + 1)).max(0);
+            if gap * gap >= self.threshold {
+                continue;
+            }
+            let mut extent = 0;
+            while gap * gap + extent * extent < self.threshold {
+                extent += 1;
+            }
+            // Beside the raster everything is wall: no point of this lattice column is clear.
+            let outside = column < 0 || column >= self.columns;
+            let full = cursors.push(Cursor { column, extent, row: -1 }).is_err();
+            if outside || full {
+                return Column { cursors: heapless::Vec::new(), from: i32::MAX };
+            }
+        }
+        Column { cursors, from: 0 }
+    }
+
+    /// The next run of clear lattice points, first and last row, upwards.
+    pub fn next_run(&self, walk: &mut Column) -> Option<(i32, i32)> {
+        let top = FINENESS * self.rows;
+        let mut y = walk.from;
+        while y <= top {
+            let (mut blocked_until, mut clear_until) = (y, top);
+            for cursor in &mut walk.cursors {
+                // The first row that is not left behind; a cursor only goes up, and stops above the raster.
+                let least = (y - FINENESS - cursor.extent).div_euclid(FINENESS) + 1;
+                if cursor.row < least {
+                    cursor.row = self.next_wall(cursor.column, least);
+                }
+                let bottom = FINENESS * cursor.row;
+                if bottom - cursor.extent < y {
+                    blocked_until = blocked_until.max(bottom + FINENESS + cursor.extent);
+                } else {
+                    clear_until = clear_until.min(bottom - cursor.extent);
+                }
+            }
+            if blocked_until == y {
+                walk.from = clear_until + 1;
+                return Some((y, clear_until));
+            }
+            y = blocked_until;
+        }
+        walk.from = i32::MAX;
+        None
+    }
+
+    /// Whether a lattice point is clear.
+    pub fn is_clear_at(&self, x: i32, y: i32) -> bool {
+        let mut walk = self.column(x);
+        walk.from = walk.from.max(y);
+        self.next_run(&mut walk).is_some_and(|(low, _)| low == y)
+    }
+
+    /// Whether the disc can be moved straight from `a` to `b`: the swept capsule touches free cells only.
+    ///
+    /// Exact up to [`TOLERANCE`]. The capsule is convex, so in one raster column it covers one interval of rows.
+    pub fn is_clear(&self, a: Spot, b: Spot) -> bool {
+        let (a, b) = if a.x <= b.x { (a, b) } else { (b, a) };
+        let reach = self.reach * (1.0 - 1e-5) - TOLERANCE;
+        let capsule = Capsule::new(a, b, reach);
+        let (first, last) = (floor((a.x - reach) / CELL), floor((b.x + reach) / CELL));
+        if first < 0 || last >= self.columns {
+            return false;
+        }
+        for column in first..=last {
+            let left = f32::from_i32(FINENESS * column).max(a.x - reach);
+            let right = f32::from_i32(FINENESS * (column + 1)).min(b.x + reach);
+            let (low, high) = capsule.rows(left, right);
+            let (low, high) = (floor(low / CELL), floor(high / CELL));
+            if low < 0 || self.next_wall(column, low) <= high {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// The bend `b` between `a` and `c`, moved towards the line between them as far as the way stays clear.
+    pub fn tightened(&self, a: Spot, b: Spot, c: Spot) -> Spot {
+        let target = nearest_on(a, c, b);
+        let (mut clear, mut blocked) = (0.0, 1.0);
+        for _ in 0..6 {
+            let middle = 0.5 * (clear + blocked);
+            let moved = b.towards(target, middle);
+            if self.is_clear(a, moved) && self.is_clear(moved, c) {
+                clear = middle;
+            } else {
+                blocked = middle;
+            }
+        }
+        b.towards(target, clear)
+    }
+
+    /// Tightens all bends of a way in turn, `times` over; its ends stay.
+    pub fn tighten(&self, way: &mut [Spot], times: u8) {
+        for _ in 0..times {
+            for index in 2..way.len() {
+                if let Some([a, b, c]) = way.get_mut(index - 2..=index) {
+                    *b = self.tightened(*a, *b, *c);
+                }
+            }
+        }
+    }
+
+    /// The point of a wall that is nearest to `spot` and at most `within` away. With a direction (any length): only
+    /// walls within 60° of it.
+    pub fn nearest_wall(&self, spot: Spot, within: f32, direction: Option<Spot>) -> Option<Spot> {
+        let mut nearest = None;
+        let mut best = within * within;
+        for column in floor((spot.x - within) / CELL)..=floor((spot.x + within) / CELL) {
+            let left = f32::from_i32(FINENESS * column);
+            let x = Scalar::clamp(spot.x, left, left + CELL);
+            for row in floor((spot.y - within) / CELL)..=floor((spot.y + within) / CELL) {
+                let bottom = f32::from_i32(FINENESS * row);
+                let y = Scalar::clamp(spot.y, bottom, bottom + CELL);
+                let (dx, dy) = (x - spot.x, y - spot.y);
+                let squared = dx * dx + dy * dy;
+                if squared >= best || self.is_free(column, row) {
+                    continue;
+                }
+                if let Some(d) = direction {
+                    let along = dx * d.x + dy * d.y;
+                    if along <= 0.0 || along * along < 0.25 * squared * (d.x * d.x + d.y * d.y) {
+                        continue;
+                    }
+                }
+                best = squared;
+                nearest = Some(Spot { x, y });
+            }
+        }
+        nearest
+    }
+}
+
+/// The point of the segment `a`–`c` nearest to `b`.
+fn nearest_on(a: Spot, c: Spot, b: Spot) -> Spot {
+    let (dx, dy) = (c.x - a.x, c.y - a.y);
+    let squared = dx * dx + dy * dy;
+    if squared <= 0.0 {
+        return a;
+    }
+    let share = ((b.x - a.x) * dx + (b.y - a.y) * dy) / squared;
+    a.towards(c, share.clamp(0.0, 1.0))
+}
+
+/// A disc swept along a segment, `a.x ≤ b.x`.
+struct Capsule {
+    a: Spot,
+    b: Spot,
+    reach: f32,
+    /// Unit vector from `a` to `b`, or zero.
+    direction: Spot,
+}
+
+impl Capsule {
+    fn new(a: Spot, b: Spot, reach: f32) -> Self {
+        let length = a.distance_to(b);
+        let inverse = if length > 0.0 { 1.0 / length } else { 0.0 };
+        Self { a, b, reach, direction: Spot { x: (b.x - a.x) * inverse, y: (b.y - a.y) * inverse } }
+    }
+
+    /// Lowest and highest y of the capsule over `left ..= right`. Its outline is concave above, convex below: each
+    /// extreme is at the x nearest to that of the higher (lower) end.
+    fn rows(&self, left: f32, right: f32) -> (f32, f32) {
+        let (upper, lower) = if self.a.y > self.b.y { (self.a, self.b) } else { (self.b, self.a) };
+        let high = self.outline(Scalar::clamp(upper.x, left, right), 1.0);
+        let low = self.outline(Scalar::clamp(lower.x, left, right), -1.0);
+        (low, high)
+    }
+
+    /// y of the outline at `x`, above (`side` = 1) or below (−1).
+    fn outline(&self, x: f32, side: f32) -> f32 {
+        let normal = Spot { x: -side * self.direction.y, y: side * self.direction.x };
+        let start = Spot { x: self.a.x + self.reach * normal.x, y: self.a.y + self.reach * normal.y };
+        let end_x = self.b.x + self.reach * normal.x;
+        if x >= start.x && x <= end_x && self.direction.x > 0.0 {
+            return start.y + (x - start.x) * self.direction.y / self.direction.x;
+        }
+        let centre = if self.direction.x > 0.0 {
+            if x < start.x { self.a } else { self.b }
+        } else if side * self.a.y > side * self.b.y {
+            self.a
+        } else {
+            self.b
+        };
+        let offset = x - centre.x;
+        centre.y + side * libm::sqrtf((self.reach * self.reach - offset * offset).max(0.0))
+    }
+}
