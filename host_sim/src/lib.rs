@@ -39,3 +39,7 @@ pub mod simulation;
 pub mod training;
 
 pub mod positioning;
+
+pub mod route_planner;
+
+pub mod mission;

@@ -112,7 +112,8 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
     fn tighten(&mut self) {
         for _ in 0..4 {
             for index in 0..self.bends.len().saturating_sub(1) {
-                let spot = self.clearance.tightened(self.before(index), self.spot(index), self.spot(index + 1));
+                let spot =
+                    self.clearance.tightened(self.before(index), self.spot(index), self.spot(index + 1));
                 if let Some(bend) = self.bends.get_mut(index) {
                     bend.spot = spot;
                 }

@@ -56,7 +56,9 @@ fn explore() {
             for _ in 0..300 {
                 let at = (random.between(3, columns - 4), random.between(3, rows - 4));
                 let spot = (f64::from(at.0) + 0.5, f64::from(at.1) + 0.5);
-                if reference::clearance(&world, spot, spot, 4.0) >= 3.0 { return at; }
+                if reference::clearance(&world, spot, spot, 4.0) >= 3.0 {
+                    return at;
+                }
             }
             (3, 3)
         };
@@ -69,12 +71,34 @@ fn explore() {
             (Some(best), Ok(plan)) => {
                 both += 1;
                 let (length, clear) = measure(&world, start, &plan);
-                if best > 1.0 { ratios.push((length / best, seed)); }
+                if best > 1.0 {
+                    ratios.push((length / best, seed));
+                }
                 worst = worst.min(clear);
                 if clear < 2.99 || length / best > 1.1 {
-                    std::println!("seed {seed} clear {clear} length {length} best {best} start {s:?} goal {g:?} plan {:?}", plan.iter().map(|p| (p.x_m / CELL_M, p.y_m / CELL_M)).collect::<Vec<_>>());
+                    std::println!(
+                        "seed {seed} clear {clear} length {length} best {best} start {s:?} goal {g:?} plan {:?}",
+                        plan.iter().map(|p| (p.x_m / CELL_M, p.y_m / CELL_M)).collect::<Vec<_>>()
+                    );
                     for row in (0..rows).rev() {
-                        let line: std::string::String = (0..columns).map(|c| if (c,row)==s {'S'} else if (c,row)==g {'G'} else if plan.iter().any(|p| (p.x_m/CELL_M) as u16 == c && (p.y_m/CELL_M) as u16 == row) {'o'} else if world.is_free(c,row) {'.'} else {'#'}).collect();
+                        let line: std::string::String = (0..columns)
+                            .map(|c| {
+                                if (c, row) == s {
+                                    'S'
+                                } else if (c, row) == g {
+                                    'G'
+                                } else if plan
+                                    .iter()
+                                    .any(|p| (p.x_m / CELL_M) as u16 == c && (p.y_m / CELL_M) as u16 == row)
+                                {
+                                    'o'
+                                } else if world.is_free(c, row) {
+                                    '.'
+                                } else {
+                                    '#'
+                                }
+                            })
+                            .collect();
                         std::println!("{line}");
                     }
                 }
@@ -84,7 +108,9 @@ fn explore() {
             (None, Err(_)) => none += 1,
             (best, plan) => {
                 differ += 1;
-                let small = planner.plan::<f32, _, 64>(&world, &Footprint::new(0.0295, 0.0).unwrap(), start, goal).is_ok();
+                let small = planner
+                    .plan::<f32, _, 64>(&world, &Footprint::new(0.0295, 0.0).unwrap(), start, goal)
+                    .is_ok();
                 std::println!("seed {seed}: {best:?} smaller {small} {plan:?}");
             }
         }
@@ -94,8 +120,19 @@ fn explore() {
     counts.sort_unstable();
     let n = ratios.len();
     std::println!("both {both} none {none} differ {differ} clearance {worst}");
-    std::println!("ratio median {:?} 90% {:?} worst {:?}", ratios[n / 2], ratios[n * 9 / 10], &ratios[n - 8..]);
-    std::println!("cells/free median {} max {}; checkpoints {} {}", shares[shares.len() / 2], shares[shares.len() - 1], counts[counts.len() / 2], counts[counts.len() - 1]);
+    std::println!(
+        "ratio median {:?} 90% {:?} worst {:?}",
+        ratios[n / 2],
+        ratios[n * 9 / 10],
+        &ratios[n - 8..]
+    );
+    std::println!(
+        "cells/free median {} max {}; checkpoints {} {}",
+        shares[shares.len() / 2],
+        shares[shares.len() - 1],
+        counts[counts.len() / 2],
+        counts[counts.len() - 1]
+    );
 }
 
 #[test]
@@ -113,21 +150,36 @@ fn speed() {
                 for _ in 0..300 {
                     let at = (random.between(3, 508), random.between(3, 508));
                     let spot = (f64::from(at.0) + 0.5, f64::from(at.1) + 0.5);
-                    if reference::clearance(&world, spot, spot, 4.0) >= 3.0 { return at; }
+                    if reference::clearance(&world, spot, spot, 4.0) >= 3.0 {
+                        return at;
+                    }
                 }
                 (3, 3)
             };
             let (s, g) = (place(), place());
             let before = std::time::Instant::now();
-            let plan = planner.plan::<f32, _, 256>(&world, &robot, middle(&world, s.0, s.1), middle(&world, g.0, g.1));
+            let plan = planner.plan::<f32, _, 256>(
+                &world,
+                &robot,
+                middle(&world, s.0, s.1),
+                middle(&world, g.0, g.1),
+            );
             let t = before.elapsed().as_secs_f64() * 1e3;
             slowest = slowest.max(t);
             total += t;
             ok += usize::from(plan.is_ok());
             cells += planner.cell_count();
             passages += planner.passage_count();
-            if let Ok(plan) = plan { checkpoints += plan.len(); }
+            if let Ok(plan) = plan {
+                checkpoints += plan.len();
+            }
         }
-        std::println!("512: discs {discs} walls {walls}: mean {} ms, slowest {slowest} ms, ok {ok}/10, mean cells {} passages {} checkpoints {}", total / 10.0, cells / 10, passages / 10, checkpoints / ok.max(1));
+        std::println!(
+            "512: discs {discs} walls {walls}: mean {} ms, slowest {slowest} ms, ok {ok}/10, mean cells {} passages {} checkpoints {}",
+            total / 10.0,
+            cells / 10,
+            passages / 10,
+            checkpoints / ok.max(1)
+        );
     }
 }

@@ -54,7 +54,8 @@ fn segment_to_square(a: (f64, f64), b: (f64, f64), (column, row): (i32, i32)) ->
         return 0.0;
     }
     let corners = [(left, bottom), (left + 1.0, bottom), (left, bottom + 1.0), (left + 1.0, bottom + 1.0)];
-    let of_corners = corners.map(|corner| point_to_segment(corner, a, b)).into_iter().fold(f64::MAX, f64::min);
+    let of_corners =
+        corners.map(|corner| point_to_segment(corner, a, b)).into_iter().fold(f64::MAX, f64::min);
     let of_ends = [a, b].map(|end| {
         let (x, y) = (end.0.clamp(left, left + 1.0), end.1.clamp(bottom, bottom + 1.0));
         (end.0 - x).hypot(end.1 - y)
@@ -85,7 +86,13 @@ pub fn clearance(world: &World, a: (f64, f64), b: (f64, f64), within: f64) -> f6
 /// Shortest way of a disc over a lattice with `fineness` points per cell edge; `None` when there is none.
 ///
 /// All in cells. Start and goal must be lattice points.
-pub fn shortest(world: &World, radius: f64, fineness: i32, start: (i32, i32), goal: (i32, i32)) -> Option<f64> {
+pub fn shortest(
+    world: &World,
+    radius: f64,
+    fineness: i32,
+    start: (i32, i32),
+    goal: (i32, i32),
+) -> Option<f64> {
     shortest_by(world, radius, fineness, start, goal, STEPS.len())
 }
 

@@ -1,0 +1,86 @@
+//! The core's planner on the simulator's maps: a scenario's known walls become checkpoints.
+
+use controller_core::planning::{Footprint, PlanError, Planner, Workspace};
+use controller_core::units::Point;
+use nalgebra::Point2;
+
+use crate::proximity_model::{narrow, narrow_point};
+use crate::raster::{Raster, RasterError};
+use crate::scenario::Scenario;
+
+/// Side of a cell of the planner's map; a tenth of a doorway.
+pub const CELL_SIZE_M: f64 = 0.01;
+
+/// Room that a plan leaves beside the body.
+pub const MARGIN_M: f32 = 0.01;
+
+/// Most checkpoints of a plan: what the controller holds.
+const CHECKPOINTS: usize = controller_core::controller::CHECKPOINTS;
+
+impl Workspace for Raster {
+    fn columns(&self) -> u16 {
+        Self::columns(self)
+    }
+
+    fn rows(&self) -> u16 {
+        Self::rows(self)
+    }
+
+    fn cell_size_m(&self) -> f32 {
+        Self::cell_size_m(self)
+    }
+
+    fn origin_m(&self) -> (f32, f32) {
+        Self::origin_m(self)
+    }
+
+    fn is_free(&self, column: u16, row: u16) -> bool {
+        Self::is_free(self, column, row)
+    }
+}
+
+/// Why there is no plan.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RouteError {
+    /// There is no map to plan on.
+    #[error("no map to plan on: {0}")]
+    Map(#[from] RasterError),
+    /// The planner found no way.
+    #[error("no plan: {0}")]
+    Plan(#[from] PlanError),
+}
+
+/// A plan and what it took.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    /// The checkpoints; the last is the goal.
+    pub checkpoints: Vec<Point2<f64>>,
+    /// Cells of the decomposition.
+    pub cells: usize,
+    /// Passages between them.
+    pub passages: usize,
+}
+
+/// Plans from a place to a scenario's goal on what is known at `t_s`.
+///
+/// # Errors
+/// If there is no map, or no way on it.
+pub fn plan(scenario: &Scenario, from: Point2<f64>, t_s: f64) -> Result<Plan, RouteError> {
+    let raster = scenario.known_raster_at(CELL_SIZE_M, t_s)?;
+    let goal = scenario.goal().unwrap_or(from);
+    // Large enough for any map of a host, and far too large for a stack.
+    let mut planner = Box::new(Planner::<1024, 4096>::new());
+    let footprint = Footprint::new(narrow(crate::world::KHEPERA_RADIUS_M), MARGIN_M)?;
+    let route = planner.plan::<f32, Raster, CHECKPOINTS>(
+        &raster,
+        &footprint,
+        narrow_point(from),
+        narrow_point(goal),
+    )?;
+    let widen = |point: &Point<f32>| Point2::new(f64::from(point.x_m), f64::from(point.y_m));
+    Ok(Plan {
+        checkpoints: route.iter().map(widen).collect(),
+        cells: planner.cell_count(),
+        passages: planner.passage_count(),
+    })
+}
