@@ -4,3 +4,29 @@
 pub mod scalar;
 
 pub mod units;
+
+pub mod config;
+
+pub mod schedule;
+
+pub mod planning;
+
+pub mod sensing;
+
+pub mod kohonen;
+
+pub mod localisation;
+
+pub mod integration;
+
+pub mod motor_control;
+
+pub mod baseline;
+
+pub mod servo;
+
+pub mod safety;
+
+pub mod state_hash;
+
+pub mod controller;

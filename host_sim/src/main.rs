@@ -1,2 +1,2 @@
-//! host_sim
+//! `host_sim`, the simulator's command line.
 fn main() {}

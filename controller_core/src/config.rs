@@ -1,0 +1,741 @@
+//! Every number of the controller, in SI units, with its reason.
+//!
+//! [`Config`] is what people write and read: `f32`, one field per number, validated once by [`Config::build`], which
+//! gives the [`Parameters`] in the controller's own scalar and units. Nothing is validated again at run time.
+//!
+//! "Measured" in a reason means the experiments of `host_sim`; "prototype" an earlier throw-away simulator.
+
+use crate::baseline::braitenberg::Wiring;
+use crate::integration::neural::NeuralParameters;
+use crate::integration::sweep::SweepParameters;
+use crate::kohonen::features::Scaling;
+use crate::kohonen::map::WinnerParameters;
+use crate::kohonen::self_organisation::{Annealing, LearningParameters};
+use crate::localisation::memory::MemoryParameters;
+use crate::localisation::obstacle::{FieldCentre, ObstacleFieldParameters};
+use crate::localisation::target::TargetFieldParameters;
+use crate::localisation::trail::TrailParameters;
+use crate::motor_control::{Beyond, ReachingParameters};
+use crate::planning::checkpoint::CheckpointParameters;
+use crate::scalar::Scalar;
+use crate::schedule::Schedule;
+use crate::sensing::odometry::OdometryParameters;
+use crate::sensing::proximity::ProximityParameters;
+use crate::servo::ServoParameters;
+
+/// Which architecture drives the robot between checkpoints.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Architecture {
+    /// Cooperative EKMs with neural integration (P2).
+    #[default]
+    Cooperative,
+    /// Target reaching EKM and Braitenberg avoidance with command fusion (P1).
+    Fusion,
+}
+
+/// The elements of the Braitenberg matrix Z.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum WiringKind {
+    /// The literal reading of P1, section 2.4.
+    #[default]
+    Symmetric,
+    /// An obstacle straight ahead turns the robot on the spot.
+    Asymmetric,
+}
+
+/// The robot.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct RobotConfig {
+    /// Radius of the body; Khepera: 25 mm in the papers.
+    pub body_radius_m: f32,
+    /// Distance between the wheels' points of contact; Khepera: 53 mm.
+    pub wheel_base_m: f32,
+    /// c*: the largest speed that may be commanded per wheel; 0.16 m/s makes the longest 1.024 s move of P1 Fig. 6.
+    pub speed_limit_mps: f32,
+    /// Encoder counts per metre of wheel travel; Khepera: 12 per millimetre.
+    pub encoder_counts_per_m: f32,
+    /// Range of the proximity sensors beyond the body; P2: 17.5 cm.
+    pub sensor_range_m: f32,
+}
+
+/// The 1 ms servo; laws in [`crate::servo`].
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct ServoConfig {
+    /// Largest acceleration of a wheel; 1 m/s² stops the robot from c* within 13 mm.
+    pub acceleration_mps2: f32,
+    /// Wheel speed of a free motor at full drive; its inverse is the feedforward.
+    pub free_speed_mps: f32,
+    /// Drive per m/s of speed error.
+    pub proportional_per_mps: f32,
+    /// Drive per metre of lag.
+    pub integral_per_m: f32,
+    /// Bound of the lag (anti-windup): 4 mm is what a blocked wheel may catch up after it is freed.
+    pub lag_limit_m: f32,
+    /// Time constant of the measured speed; one count per tick is 83 mm/s, so it must span many ticks.
+    pub speed_filter_ms: f32,
+    /// A wheel asked for less than this is never called stalled.
+    pub stall_reference_mps: f32,
+    /// A wheel slower than this share of what is asked does not follow.
+    pub stall_share: f32,
+    /// How long it may not follow before the servo reports a stall.
+    pub stall_ms: u16,
+}
+
+/// Periods, see [`crate::schedule`].
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct ScheduleConfig {
+    /// Obstacle avoidance: 128 in both papers.
+    pub avoidance_period_ms: u16,
+    /// Target reaching: 256 in P2, 1024 in P1.
+    pub target_period_ms: u16,
+    /// One step of the map: 1024 in P1. Commands are renewed sooner, but a map of long steps looks farther ahead.
+    pub step_ms: u16,
+}
+
+/// Online training, see [`crate::kohonen::self_organisation`]. Schedules run over `annealing_steps`.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct LearningConfig {
+    /// Steps after which the schedules stand still.
+    pub annealing_steps: u16,
+    /// η of Eq. 8 at first.
+    pub output_rate_first: f32,
+    /// η of Eq. 8 at last; small, for online learning must not wander.
+    pub output_rate_last: f32,
+    /// η of Eq. 6 at first.
+    pub weight_rate_first: f32,
+    /// η of Eq. 6 at last.
+    pub weight_rate_last: f32,
+    /// σ of G in lattice units at first: the whole map learns from the first moves.
+    pub neighbourhood_first: f32,
+    /// σ of G at last: each neuron its own place. A constant σ of 1 costs a factor 2 in error, ½ from the start 25.
+    pub neighbourhood_last: f32,
+    /// Random part of a command at first, as a share of c*: with `M = 0` nothing else moves the robot.
+    pub exploration_first: f32,
+    /// Random part at last; without any, the map forgets what it does not use.
+    pub exploration_last: f32,
+    /// ε of the normalised step, in squared features.
+    pub regularisation: f32,
+    /// Shorter moves teach nothing, in features (1 = a radian, or the reach).
+    pub shortest_move: f32,
+    /// Moves that end farther behind than this are left out.
+    pub farthest_behind_m: f32,
+}
+
+/// Target reaching: winner and motor control.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct ReachingConfig {
+    /// How many neurons A(α) admits beyond the closest bearing.
+    pub bearing_tolerance_rad: f32,
+    /// γ_α of Eq. 3, per rad².
+    pub bearing_weight: f32,
+    /// γ_d of Eq. 3, per squared reach.
+    pub distance_weight: f32,
+    /// From this share of the reach on a target is far and aimed at by half its bearing; 0 is the paper's literal form.
+    pub far_share: f32,
+    /// Commands beyond c*.
+    pub beyond: Beyond,
+    /// A checkpoint on the way is reached within this. The papers say 5 mm; 1 mm is left for dead reckoning.
+    pub checkpoint_tolerance_m: f32,
+    /// The goal is reached, and the robot stops, within this.
+    pub goal_tolerance_m: f32,
+}
+
+/// Cooperative EKMs: fields and neural integration (P2 Eq. 4–10), and what we added.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct CooperativeConfig {
+    /// Peak of the target field against an obstacle field's 1. The hidden key of P2: with equal peaks the robot
+    /// drives into what it wants to go around.
+    pub target_amplitude: f32,
+    /// σ_aα.
+    pub target_bearing_sigma_rad: f32,
+    /// σ_ad, much smaller (P2).
+    pub target_distance_sigma_m: f32,
+    /// σ_bα.
+    pub obstacle_bearing_sigma_rad: f32,
+    /// σ_bd behind an obstacle; P2: 3.5.
+    pub obstacle_behind_sigma_m: f32,
+    /// σ_bd in front of an obstacle; P2: 0.035.
+    pub obstacle_front_sigma_m: f32,
+    /// Where obstacle fields are centred.
+    pub obstacle_centre: FieldCentre,
+    /// Whether the target's own place competes (see [`crate::integration::neural`]).
+    pub target_competes: bool,
+    /// Swept path: clearance wished beyond the body.
+    pub sweep_margin_m: f32,
+    /// Swept path: inhibition per margin of lacking clearance; 0 switches it off.
+    pub sweep_strength: f32,
+    /// Swept path: share of a step that is checked.
+    pub sweep_look_ahead: f32,
+    /// Obstacle memory: how long a point stays; 0 switches it off.
+    pub memory_ms: u16,
+    /// Obstacle memory: points nearer to each other are one.
+    pub memory_merge_m: f32,
+    /// Trail: inhibition at a fresh point; 0 switches it off.
+    pub trail_strength: f32,
+    /// Trail: radius of the inhibition.
+    pub trail_radius_m: f32,
+    /// Trail: way between two points.
+    pub trail_spacing_m: f32,
+    /// Trail: time in which a point fades.
+    pub trail_ms: u16,
+    /// Trail: the last moments do not count.
+    pub trail_silent_ms: u16,
+}
+
+/// Command fusion with Braitenberg avoidance (P1 Eq. 9, 10).
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct FusionConfig {
+    /// β: the target's share in 0..=1.
+    pub target_share: f32,
+    /// Z.
+    pub wiring: WiringKind,
+}
+
+/// Limits after which the wheels stop, see [`crate::safety`].
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct SafetyConfig {
+    /// Oldest scan the robot may drive on: three missed ones.
+    pub scan_age_max_ms: u16,
+    /// Oldest motor command that is still carried out, beyond its own period.
+    pub command_age_max_ms: u16,
+}
+
+/// All of it. `Config::default()` is the Khepera of the papers with our best settings.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields)
+)]
+pub struct Config {
+    /// Which architecture drives.
+    pub architecture: Architecture,
+    /// The robot.
+    pub robot: RobotConfig,
+    /// The servo.
+    pub servo: ServoConfig,
+    /// Periods.
+    pub schedule: ScheduleConfig,
+    /// Online training.
+    pub learning: LearningConfig,
+    /// Target reaching.
+    pub reaching: ReachingConfig,
+    /// Cooperative EKMs.
+    pub cooperative: CooperativeConfig,
+    /// Command fusion.
+    pub fusion: FusionConfig,
+    /// Safety.
+    pub safety: SafetyConfig,
+}
+
+impl Default for RobotConfig {
+    fn default() -> Self {
+        Self {
+            body_radius_m: 0.025,
+            wheel_base_m: 0.053,
+            speed_limit_mps: 0.16,
+            encoder_counts_per_m: 12_000.0,
+            sensor_range_m: 0.175,
+        }
+    }
+}
+
+impl Default for ServoConfig {
+    fn default() -> Self {
+        Self {
+            acceleration_mps2: 1.0,
+            free_speed_mps: 0.25,
+            proportional_per_mps: 4.0,
+            integral_per_m: 60.0,
+            lag_limit_m: 0.004,
+            speed_filter_ms: 16.0,
+            stall_reference_mps: 0.02,
+            stall_share: 0.2,
+            stall_ms: 300,
+        }
+    }
+}
+
+impl Default for ScheduleConfig {
+    fn default() -> Self {
+        Self { avoidance_period_ms: 128, target_period_ms: 256, step_ms: 1024 }
+    }
+}
+
+impl Default for LearningConfig {
+    fn default() -> Self {
+        Self {
+            annealing_steps: 1500,
+            output_rate_first: 0.5,
+            output_rate_last: 0.1,
+            weight_rate_first: 0.3,
+            weight_rate_last: 0.06,
+            neighbourhood_first: 3.0,
+            neighbourhood_last: 0.5,
+            exploration_first: 1.0,
+            exploration_last: 0.12,
+            regularisation: 0.02,
+            shortest_move: 0.025,
+            farthest_behind_m: 0.004,
+        }
+    }
+}
+
+impl Default for ReachingConfig {
+    fn default() -> Self {
+        Self {
+            bearing_tolerance_rad: 0.1,
+            bearing_weight: 1.0,
+            distance_weight: 1.0,
+            far_share: 0.92,
+            beyond: Beyond::NearerOnBearing,
+            checkpoint_tolerance_m: 0.004,
+            goal_tolerance_m: 0.001,
+        }
+    }
+}
+
+impl Default for CooperativeConfig {
+    fn default() -> Self {
+        Self {
+            target_amplitude: 0.1,
+            target_bearing_sigma_rad: 2.1,
+            target_distance_sigma_m: 0.057,
+            obstacle_bearing_sigma_rad: 0.21,
+            obstacle_behind_sigma_m: 2.5,
+            obstacle_front_sigma_m: 0.0106,
+            obstacle_centre: FieldCentre::Sensed,
+            target_competes: true,
+            sweep_margin_m: 0.009,
+            sweep_strength: 3.0,
+            sweep_look_ahead: 0.75,
+            memory_ms: 500,
+            memory_merge_m: 0.014,
+            trail_strength: 0.03,
+            trail_radius_m: 0.07,
+            trail_spacing_m: 0.02,
+            trail_ms: 10_000,
+            trail_silent_ms: 1000,
+        }
+    }
+}
+
+impl Default for FusionConfig {
+    fn default() -> Self {
+        Self { target_share: 0.5, wiring: WiringKind::Symmetric }
+    }
+}
+
+impl Default for SafetyConfig {
+    fn default() -> Self {
+        Self { scan_age_max_ms: 400, command_age_max_ms: 400 }
+    }
+}
+
+/// A number that cannot be used: which, what it is, and what it must be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConfigError {
+    /// The field, as written in a configuration file: `servo.stall_share`.
+    pub field: &'static str,
+    /// Its value.
+    pub value: f32,
+    /// What it must be.
+    pub must: &'static str,
+}
+
+impl core::fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} = {}: must be {}", self.field, self.value, self.must)
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+/// `Ok` where the value is a number within `low..=high`.
+fn within(
+    field: &'static str,
+    value: f32,
+    (low, high): (f32, f32),
+    must: &'static str,
+) -> Result<(), ConfigError> {
+    if value >= low && value <= high { Ok(()) } else { Err(ConfigError { field, value, must }) }
+}
+
+/// Checks a group of fields, each with its range and the words for it.
+macro_rules! check_fields {
+    ($group:expr, $name:literal: $($field:ident in $low:expr, $high:expr => $must:literal;)+) => {
+        $( within(concat!($name, ".", stringify!($field)), f32::from($group.$field), ($low, $high), $must)?; )+
+    };
+}
+
+impl Config {
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// The first field that cannot be used, with its value and what it must be.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.validate_body()?;
+        self.validate_maps()?;
+        self.validate_schedule()
+    }
+
+    fn validate_body(&self) -> Result<(), ConfigError> {
+        check_fields! { self.robot, "robot":
+            body_radius_m in 0.005, 2.0 => "between 5 mm and 2 m";
+            wheel_base_m in 0.005, 2.0 => "between 5 mm and 2 m";
+            speed_limit_mps in 0.005, 5.0 => "between 5 mm/s and 5 m/s";
+            encoder_counts_per_m in 100.0, 20_000.0 => "between 100 and 20,000 per metre (divide finer encoders)";
+            sensor_range_m in 0.01, 20.0 => "between 1 cm and 20 m";
+        }
+        check_fields! { self.servo, "servo":
+            acceleration_mps2 in 0.01, 100.0 => "between 0.01 and 100 m/s²";
+            free_speed_mps in 0.005, 20.0 => "between 5 mm/s and 20 m/s";
+            proportional_per_mps in 0.0, 100.0 => "between 0 and 100";
+            integral_per_m in 0.0, 10_000.0 => "between 0 and 10,000";
+            lag_limit_m in 0.0, 0.1 => "between 0 and 0.1 m";
+            speed_filter_ms in 1.0, 1000.0 => "between 1 and 1000 ms";
+            stall_reference_mps in 0.0, 5.0 => "between 0 and 5 m/s";
+            stall_share in 0.0, 1.0 => "between 0 and 1";
+            stall_ms in 1.0, 60_000.0 => "between 1 and 60,000 ms";
+        }
+        check_fields! { self.fusion, "fusion": target_share in 0.0, 1.0 => "between 0 and 1"; }
+        let way = self.robot.speed_limit_mps;
+        within(
+            "servo.free_speed_mps",
+            self.servo.free_speed_mps,
+            (way, 20.0),
+            "at least robot.speed_limit_mps",
+        )
+    }
+
+    fn validate_maps(&self) -> Result<(), ConfigError> {
+        check_fields! { self.learning, "learning":
+            annealing_steps in 1.0, 65_535.0 => "at least 1";
+            output_rate_first in 1e-4, 1.0 => "between 0.0001 and 1";
+            output_rate_last in 1e-4, 1.0 => "between 0.0001 and 1";
+            weight_rate_first in 1e-4, 1.0 => "between 0.0001 and 1";
+            weight_rate_last in 1e-4, 1.0 => "between 0.0001 and 1";
+            neighbourhood_first in 0.1, 20.0 => "between 0.1 and 20 lattice units";
+            neighbourhood_last in 0.1, 20.0 => "between 0.1 and 20 lattice units";
+            exploration_first in 1e-4, 2.0 => "between 0.0001 and 2";
+            exploration_last in 1e-4, 2.0 => "between 0.0001 and 2";
+            regularisation in 1e-4, 10.0 => "between 0.0001 and 10";
+            shortest_move in 0.0, 1.0 => "between 0 and 1";
+            farthest_behind_m in 0.0, 1.0 => "between 0 and 1 m";
+        }
+        check_fields! { self.reaching, "reaching":
+            bearing_tolerance_rad in 0.0, 6.3 => "between 0 and 2π";
+            bearing_weight in 0.0, 100.0 => "between 0 and 100";
+            distance_weight in 0.0, 100.0 => "between 0 and 100";
+            far_share in 0.0, 100.0 => "0 (literal) or a positive share of the reach";
+            checkpoint_tolerance_m in 1e-4, 1.0 => "between 0.1 mm and 1 m";
+            goal_tolerance_m in 1e-4, 1.0 => "between 0.1 mm and 1 m";
+        }
+        check_fields! { self.cooperative, "cooperative":
+            target_amplitude in 1e-5, 100.0 => "between 0.00001 and 100";
+            target_bearing_sigma_rad in 0.01, 100.0 => "between 0.01 and 100 rad";
+            target_distance_sigma_m in 1e-3, 100.0 => "between 1 mm and 100 m";
+            obstacle_bearing_sigma_rad in 0.01, 100.0 => "between 0.01 and 100 rad";
+            obstacle_behind_sigma_m in 1e-3, 100.0 => "between 1 mm and 100 m";
+            obstacle_front_sigma_m in 1e-3, 100.0 => "between 1 mm and 100 m";
+            sweep_margin_m in 5e-4, 1.0 => "between 0.5 mm and 1 m";
+            sweep_strength in 0.0, 1000.0 => "between 0 and 1000";
+            sweep_look_ahead in 0.0, 1.0 => "between 0 and 1";
+            memory_ms in 0.0, 60_000.0 => "between 0 and 60,000 ms";
+            memory_merge_m in 0.0, 1.0 => "between 0 and 1 m";
+            trail_strength in 0.0, 100.0 => "between 0 and 100";
+            trail_radius_m in 1e-3, 10.0 => "between 1 mm and 10 m";
+            trail_spacing_m in 1e-3, 10.0 => "between 1 mm and 10 m";
+            trail_ms in 100.0, 65_000.0 => "between 100 and 65,000 ms";
+            trail_silent_ms in 0.0, 65_000.0 => "between 0 and 65,000 ms";
+        }
+        Ok(())
+    }
+
+    fn validate_schedule(&self) -> Result<(), ConfigError> {
+        check_fields! { self.schedule, "schedule":
+            avoidance_period_ms in 1.0, 10_000.0 => "between 1 and 10,000 ms";
+            target_period_ms in 1.0, 10_000.0 => "between 1 and 10,000 ms";
+            step_ms in 1.0, 10_000.0 => "between 1 and 10,000 ms";
+        }
+        let period = self.schedule.avoidance_period_ms;
+        // A field renewed between two scans would be integrated with one of another moment.
+        let multiple = |field, value: u16| {
+            let must = "a multiple of schedule.avoidance_period_ms";
+            if value.is_multiple_of(period) {
+                Ok(())
+            } else {
+                Err(ConfigError { field, value: f32::from(value), must })
+            }
+        };
+        multiple("schedule.target_period_ms", self.schedule.target_period_ms)?;
+        multiple("schedule.step_ms", self.schedule.step_ms)?;
+        check_fields! { self.safety, "safety":
+            scan_age_max_ms in 1.0, 60_000.0 => "between 1 and 60,000 ms";
+            command_age_max_ms in 1.0, 60_000.0 => "between 1 and 60,000 ms";
+        }
+        let period = f32::from(period);
+        let must = "longer than schedule.avoidance_period_ms";
+        within("safety.scan_age_max_ms", f32::from(self.safety.scan_age_max_ms), (period, f32::MAX), must)
+    }
+
+    /// Validates, and converts into the controller's scalar and units.
+    ///
+    /// # Errors
+    /// As [`Config::validate`].
+    pub fn build<S: Scalar, const SENSORS: usize>(&self) -> Result<Parameters<S, SENSORS>, ConfigError> {
+        self.validate()?;
+        let s = S::from_f32;
+        let (robot, reach_m) = (&self.robot, self.reach_m());
+        Ok(Parameters {
+            architecture: self.architecture,
+            schedule: Schedule {
+                avoidance_period_ms: self.schedule.avoidance_period_ms,
+                target_period_ms: self.schedule.target_period_ms,
+                step_ms: self.schedule.step_ms,
+            },
+            scaling: Scaling::new(robot.speed_limit_mps, f32::from(self.schedule.step_ms) / 1000.0),
+            speed_limit_mps: s(robot.speed_limit_mps),
+            proximity: ProximityParameters {
+                body_radius_m: s(robot.body_radius_m),
+                range_m: s(robot.sensor_range_m),
+            },
+            odometry: OdometryParameters {
+                half_counts_per_decimetre: s(robot.encoder_counts_per_m * 0.2),
+                counts_per_radian: s(robot.encoder_counts_per_m * robot.wheel_base_m),
+            },
+            servo: self.servo_parameters(),
+            learning: self.learning_parameters(reach_m),
+            reaching: self.reaching_parameters(),
+            checkpoints: CheckpointParameters {
+                tolerance_m: s(self.reaching.checkpoint_tolerance_m),
+                goal_tolerance_m: s(self.reaching.goal_tolerance_m),
+            },
+            neural: self.neural_parameters(reach_m),
+            sweep: self.sweep_parameters(),
+            memory: MemoryParameters {
+                lifetime_ms: self.cooperative.memory_ms,
+                merge_m: s(self.cooperative.memory_merge_m),
+            },
+            trail: self.trail_parameters(),
+            wiring: match self.fusion.wiring {
+                WiringKind::Symmetric => Wiring::symmetric(),
+                WiringKind::Asymmetric => Wiring::asymmetric(),
+            },
+            target_share: s(self.fusion.target_share),
+            scan_age_max_ms: self.safety.scan_age_max_ms,
+            command_age_max_ms: self.safety.command_age_max_ms,
+        })
+    }
+
+    /// The longest way of one step of the map.
+    fn reach_m(&self) -> f32 {
+        self.robot.speed_limit_mps * f32::from(self.schedule.step_ms) / 1000.0
+    }
+
+    fn servo_parameters<S: Scalar>(&self) -> ServoParameters<S> {
+        let s = S::from_f32;
+        let tick_s = f32::from(crate::servo::TICK_MS) / 1000.0;
+        let counts_per_tick = self.robot.encoder_counts_per_m * tick_s;
+        ServoParameters {
+            acceleration_per_tick_mps: s(self.servo.acceleration_mps2 * tick_s),
+            counts_per_tick_per_mps: s(counts_per_tick),
+            mps_per_count_per_tick: s(1.0 / counts_per_tick),
+            feedforward: s(1.0 / self.servo.free_speed_mps),
+            proportional: s(self.servo.proportional_per_mps),
+            integral: s(self.servo.integral_per_m / self.robot.encoder_counts_per_m),
+            lag_limit: s(self.servo.lag_limit_m * self.robot.encoder_counts_per_m),
+            speed_filter: s(1.0 / self.servo.speed_filter_ms),
+            stall_reference_mps: s(self.servo.stall_reference_mps),
+            stall_share: s(self.servo.stall_share),
+            stall_ms: self.servo.stall_ms,
+        }
+    }
+
+    fn learning_parameters<S: Scalar>(&self, reach_m: f32) -> LearningParameters<S> {
+        let l = &self.learning;
+        let annealing = |first, last| Annealing::new(first, last, l.annealing_steps);
+        LearningParameters {
+            output_rate: annealing(l.output_rate_first, l.output_rate_last),
+            weight_rate: annealing(l.weight_rate_first, l.weight_rate_last),
+            neighbourhood: annealing(l.neighbourhood_first, l.neighbourhood_last),
+            exploration: annealing(l.exploration_first, l.exploration_last),
+            regularisation: S::from_f32(l.regularisation),
+            shortest_move: S::from_f32(l.shortest_move),
+            farthest_behind: S::from_f32(l.farthest_behind_m / reach_m),
+        }
+    }
+
+    fn reaching_parameters<S: Scalar>(&self) -> ReachingParameters<S> {
+        let r = &self.reaching;
+        ReachingParameters {
+            far: (r.far_share > 0.0).then(|| S::from_f32(r.far_share)),
+            beyond: r.beyond,
+            winner: WinnerParameters {
+                bearing_tolerance: S::from_f32(r.bearing_tolerance_rad),
+                bearing_weight: S::from_f32(r.bearing_weight),
+                distance_weight: S::from_f32(r.distance_weight),
+            },
+        }
+    }
+
+    fn neural_parameters<S: Scalar>(&self, reach_m: f32) -> NeuralParameters<S> {
+        let c = &self.cooperative;
+        // exp(−x² / 2σ²) = exp(−(x · steepness)²).
+        let steepness = |sigma: f32| S::from_f32(core::f32::consts::FRAC_1_SQRT_2 / sigma);
+        NeuralParameters {
+            target: TargetFieldParameters {
+                amplitude: S::from_f32(c.target_amplitude),
+                bearing_steepness: steepness(c.target_bearing_sigma_rad),
+                distance_steepness: steepness(c.target_distance_sigma_m / reach_m),
+            },
+            obstacle: ObstacleFieldParameters {
+                bearing_steepness: steepness(c.obstacle_bearing_sigma_rad),
+                behind_steepness: steepness(c.obstacle_behind_sigma_m / reach_m),
+                front_steepness: steepness(c.obstacle_front_sigma_m / reach_m),
+                centre: c.obstacle_centre,
+            },
+            target_competes: c.target_competes,
+        }
+    }
+
+    fn sweep_parameters<S: Scalar>(&self) -> SweepParameters<S> {
+        let c = &self.cooperative;
+        SweepParameters {
+            body_radius_m: S::from_f32(self.robot.body_radius_m),
+            margin_m: S::from_f32(c.sweep_margin_m),
+            per_margin: S::from_f32(1.0 / c.sweep_margin_m),
+            strength: S::from_f32(c.sweep_strength),
+            look_ahead: S::from_f32(c.sweep_look_ahead),
+        }
+    }
+
+    fn trail_parameters<S: Scalar>(&self) -> TrailParameters<S> {
+        let c = &self.cooperative;
+        TrailParameters {
+            strength: S::from_f32(c.trail_strength),
+            radius_m: S::from_f32(c.trail_radius_m),
+            per_radius: S::from_f32(1.0 / c.trail_radius_m),
+            spacing_m: S::from_f32(c.trail_spacing_m),
+            lifetime_ms: c.trail_ms,
+            fading_per_s: S::from_f32(1000.0 / f32::from(c.trail_ms)),
+            silent_ms: c.trail_silent_ms,
+        }
+    }
+}
+
+/// The configuration in the controller's scalar and units: immutable, shared by every step.
+#[derive(Clone, Debug)]
+pub struct Parameters<S, const SENSORS: usize> {
+    /// Which architecture drives.
+    pub architecture: Architecture,
+    /// Periods.
+    pub schedule: Schedule,
+    /// SI units ↔ features.
+    pub scaling: Scaling<S>,
+    /// c*.
+    pub speed_limit_mps: S,
+    /// Sensor ring.
+    pub proximity: ProximityParameters<S>,
+    /// Encoders.
+    pub odometry: OdometryParameters<S>,
+    /// Servo.
+    pub servo: ServoParameters<S>,
+    /// Online training.
+    pub learning: LearningParameters<S>,
+    /// Winner and motor control.
+    pub reaching: ReachingParameters<S>,
+    /// Arrival.
+    pub checkpoints: CheckpointParameters<S>,
+    /// Fields and integration.
+    pub neural: NeuralParameters<S>,
+    /// Swept path.
+    pub sweep: SweepParameters<S>,
+    /// Obstacle memory.
+    pub memory: MemoryParameters<S>,
+    /// Trail.
+    pub trail: TrailParameters<S>,
+    /// Z of Eq. 9.
+    pub wiring: Wiring<S, SENSORS>,
+    /// β of Eq. 10.
+    pub target_share: S,
+    /// Oldest scan to drive on.
+    pub scan_age_max_ms: u16,
+    /// Oldest command to carry out.
+    pub command_age_max_ms: u16,
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::Config;
+    use crate::scalar::Fixed;
+    use std::string::ToString;
+
+    #[test]
+    fn the_default_is_valid_for_both_scalars() {
+        Config::default().build::<f32, 12>().unwrap();
+        Config::default().build::<Fixed, 12>().unwrap();
+    }
+
+    #[test]
+    fn an_error_names_field_value_and_range() {
+        let mut config = Config::default();
+        config.servo.stall_share = 1.5;
+        let error = config.validate().unwrap_err();
+        assert_eq!(error.to_string(), "servo.stall_share = 1.5: must be between 0 and 1");
+        let mut config = Config::default();
+        config.robot.wheel_base_m = f32::NAN;
+        assert_eq!(config.validate().unwrap_err().field, "robot.wheel_base_m");
+        let mut config = Config::default();
+        config.schedule.target_period_ms = 300;
+        assert_eq!(config.validate().unwrap_err().field, "schedule.target_period_ms");
+        let mut config = Config::default();
+        config.safety.scan_age_max_ms = 100;
+        assert_eq!(config.validate().unwrap_err().field, "safety.scan_age_max_ms");
+    }
+}

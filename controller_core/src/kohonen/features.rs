@@ -1,0 +1,120 @@
+//! The coordinates of the map: bearing in radians, distance in units of the reach of one step.
+//!
+//! *Open in the papers*: α and d have different scales. We divide d by the **reach** d₀ = c* · step, the longest way
+//! of one training step, and commands by c*: every weight is then of order 1, the gradient of Eq. 8 is
+//! well-conditioned (with d in metres the mean positioning error was 646 mm instead of 3 mm in a prototype), and
+//! 16 bits store a weight.
+
+use crate::scalar::Scalar;
+use crate::units::{Polar, WheelSpeeds, angle_between};
+
+/// A place in the coordinates of the map.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Features<S> {
+    /// Bearing α (rad).
+    pub bearing: S,
+    /// Distance d in units of the reach.
+    pub distance: S,
+}
+
+impl<S: Scalar> Features<S> {
+    /// The same place with a bearing that differs by less than half a turn from `reference_rad`, so that a linear
+    /// map around the reference applies to it.
+    #[must_use]
+    pub fn unwrapped_around(self, reference_rad: S) -> Self {
+        Self { bearing: reference_rad + angle_between(reference_rad, self.bearing), ..self }
+    }
+}
+
+/// A motor command in units of c* per wheel: `left`, `right` within ±1 where it is realisable.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Command<S> {
+    /// Left wheel.
+    pub left: S,
+    /// Right wheel.
+    pub right: S,
+}
+
+impl<S: Scalar> Command<S> {
+    /// `−c* ≤ c ≤ c*` for each wheel (P1 Eq. 5).
+    #[must_use]
+    pub fn is_realisable(self) -> bool {
+        self.left.abs() <= S::ONE && self.right.abs() <= S::ONE
+    }
+
+    /// Both wheels scaled by one factor so that neither exceeds c*: the curvature stays, which saturating each
+    /// wheel would lose (P1, below Eq. 5).
+    #[must_use]
+    pub fn scaled_to_limit(self) -> Self {
+        let largest = self.left.abs().max(self.right.abs());
+        if largest > S::ONE {
+            let command = Self { left: self.left / largest, right: self.right / largest };
+            // A division that rounded up must not leave the range.
+            command.saturated()
+        } else {
+            self
+        }
+    }
+
+    /// Each wheel limited to ±1 on its own.
+    #[must_use]
+    pub fn saturated(self) -> Self {
+        Self { left: self.left.clamp(-S::ONE, S::ONE), right: self.right.clamp(-S::ONE, S::ONE) }
+    }
+}
+
+/// Converts between SI units and the map's coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scaling<S> {
+    reach_m: S,
+    per_reach: S,
+    speed_limit_mps: S,
+    per_speed: S,
+}
+
+impl<S: Scalar> Scaling<S> {
+    /// The scaling for a robot of top speed `speed_limit_mps` (c*) and a training step of `step_s`.
+    #[must_use]
+    pub fn new(speed_limit_mps: f32, step_s: f32) -> Self {
+        let reach = speed_limit_mps * step_s;
+        Self {
+            reach_m: S::from_f32(reach),
+            per_reach: S::from_f32(1.0 / reach),
+            speed_limit_mps: S::from_f32(speed_limit_mps),
+            per_speed: S::from_f32(1.0 / speed_limit_mps),
+        }
+    }
+
+    /// A place in SI units as features.
+    #[must_use]
+    pub fn features(&self, place: Polar<S>) -> Features<S> {
+        Features { bearing: place.bearing_rad, distance: place.distance_m * self.per_reach }
+    }
+
+    /// Features as a place in SI units.
+    #[must_use]
+    pub fn place(&self, features: Features<S>) -> Polar<S> {
+        Polar { bearing_rad: features.bearing, distance_m: features.distance * self.reach_m }
+    }
+
+    /// Wheel speeds in units of c*.
+    #[must_use]
+    pub fn command(&self, speeds: WheelSpeeds<S>) -> Command<S> {
+        Command { left: speeds.left_mps * self.per_speed, right: speeds.right_mps * self.per_speed }
+    }
+
+    /// A command as wheel speeds.
+    #[must_use]
+    pub fn speeds(&self, command: Command<S>) -> WheelSpeeds<S> {
+        WheelSpeeds {
+            left_mps: command.left * self.speed_limit_mps,
+            right_mps: command.right * self.speed_limit_mps,
+        }
+    }
+
+    /// The longest way of one training step, in metres.
+    #[must_use]
+    pub fn reach_m(&self) -> S {
+        self.reach_m
+    }
+}

@@ -1,0 +1,249 @@
+//! The map itself: neurons, the winner with angular priority (P1 Eq. 2–4), and the command of a winner (P1 Eq. 5).
+
+use crate::kohonen::features::{Command, Features};
+use crate::kohonen::lattice::NeuronIndex;
+use crate::kohonen::output::Output;
+use crate::scalar::Scalar;
+use crate::units::angle_between;
+
+/// One neuron: sensory weight `w_i` and output.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Neuron<W, O> {
+    /// α_i in radians.
+    pub bearing: W,
+    /// d_i in units of the reach.
+    pub distance: W,
+    /// `M_i` or `c_i`.
+    pub output: O,
+}
+
+/// How the winner of Eq. 2–4 is chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WinnerParameters<S> {
+    /// A(α) holds the neurons whose bearing differs by at most this much more than the closest one's (rad).
+    ///
+    /// *Open in the papers*; chosen because the exact nearest bearing alone, once the weights have left the grid,
+    /// picks one neuron whatever its distance (3.6 mm and 9 % never stopping, against 1.7 mm at 0.1 rad).
+    pub bearing_tolerance: S,
+    /// γ_α of Eq. 3.
+    pub bearing_weight: S,
+    /// γ_d of Eq. 3.
+    pub distance_weight: S,
+}
+
+/// Which neurons may win.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Eligible {
+    /// All: in training, so that every neuron can be drawn to a place.
+    All,
+    /// Those that have won in training at least once: the others' outputs mean nothing yet.
+    Trained,
+}
+
+/// The map: `COLUMNS` bearings × `ROWS` distances; all static, no heap.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map<S: Scalar, O, const COLUMNS: usize, const ROWS: usize> {
+    neurons: [[Neuron<S::Weight, O>; ROWS]; COLUMNS],
+    /// One bit per row: the neuron has won in training.
+    won: [u32; COLUMNS],
+}
+
+impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Default for Map<S, O, COLUMNS, ROWS> {
+    fn default() -> Self {
+        Self::regular()
+    }
+}
+
+impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O, COLUMNS, ROWS> {
+    /// The untrained map: weights at regularly spaced places of the sensory space (P1, section 3.1), outputs zero.
+    ///
+    /// Bearings cover ±90°: the places that one forward step of at most half a turn can reach.
+    #[must_use]
+    pub fn regular() -> Self {
+        const {
+            assert!(COLUMNS > 1 && COLUMNS < 256, "a bearing axis of 2 to 255 columns");
+            assert!(ROWS > 1 && ROWS <= 32, "one bit per row must fit into a u32");
+        }
+        let position = |i: usize, count: usize| {
+            S::from_i32(i32::try_from(i).unwrap_or(0)) / S::from_i32(i32::try_from(count - 1).unwrap_or(1))
+        };
+        Self {
+            neurons: core::array::from_fn(|column| {
+                core::array::from_fn(|row| Neuron {
+                    bearing: ((position(column, COLUMNS) - S::HALF) * S::PI).to_weight(),
+                    distance: position(row, ROWS).to_weight(),
+                    output: O::default(),
+                })
+            }),
+            won: [0; COLUMNS],
+        }
+    }
+
+    /// The neuron at an index; an index outside the lattice gives the nearest one.
+    #[must_use]
+    pub fn neuron(&self, index: NeuronIndex) -> &Neuron<S::Weight, O> {
+        let column = usize::from(index.column).min(COLUMNS - 1);
+        let row = usize::from(index.row).min(ROWS - 1);
+        &self.neurons[column][row]
+    }
+
+    /// The sensory weight `w_i`.
+    #[must_use]
+    pub fn place(&self, index: NeuronIndex) -> Features<S> {
+        let neuron = self.neuron(index);
+        Features { bearing: S::from_weight(neuron.bearing), distance: S::from_weight(neuron.distance) }
+    }
+
+    /// Whether the neuron has won in training.
+    #[must_use]
+    pub fn has_won(&self, index: NeuronIndex) -> bool {
+        self.won
+            .get(usize::from(index.column))
+            .is_some_and(|column| column >> (u32::from(index.row) % 32) & 1 == 1)
+    }
+
+    /// How many neurons have won in training.
+    #[must_use]
+    pub fn trained_count(&self) -> u32 {
+        self.won.iter().map(|column| column.count_ones()).sum()
+    }
+
+    /// All eligible neurons with their index and weight, column by column.
+    pub fn places(&self, eligible: Eligible) -> impl Iterator<Item = (NeuronIndex, Features<S>)> + '_ {
+        self.neurons.iter().zip(&self.won).enumerate().flat_map(move |(column, (neurons, won))| {
+            neurons
+                .iter()
+                .enumerate()
+                .filter(move |(row, _)| eligible == Eligible::All || won >> row & 1 == 1)
+                .map(move |(row, neuron)| {
+                    let place = Features {
+                        bearing: S::from_weight(neuron.bearing),
+                        distance: S::from_weight(neuron.distance),
+                    };
+                    (NeuronIndex::new(column, row), place)
+                })
+        })
+    }
+
+    /// The winner for a place (P1 Eq. 2–4, P2 Eq. 1–3); `None` where no neuron is eligible yet.
+    #[must_use]
+    pub fn winner(
+        &self,
+        parameters: &WinnerParameters<S>,
+        place: Features<S>,
+        eligible: Eligible,
+    ) -> Option<NeuronIndex> {
+        let offset = |at: Features<S>| angle_between(at.bearing, place.bearing);
+        let nearest = self
+            .places(eligible)
+            .map(|(_, at)| offset(at).abs())
+            .reduce(|least, bearing| least.min(bearing))?;
+        let admitted = nearest + parameters.bearing_tolerance;
+        let mut best: Option<(S, NeuronIndex)> = None;
+        for (index, at) in self.places(eligible) {
+            let bearing = offset(at);
+            if bearing.abs() > admitted {
+                continue;
+            }
+            let distance = place.distance - at.distance;
+            let difference = parameters.bearing_weight * bearing * bearing
+                + parameters.distance_weight * distance * distance;
+            if best.is_none_or(|(least, _)| difference < least) {
+                best = Some((difference, index));
+            }
+        }
+        best.map(|(_, index)| index)
+    }
+
+    /// `M_k u` (or `c_k`), not yet limited to c*.
+    #[must_use]
+    pub fn command_at(&self, index: NeuronIndex, place: Features<S>) -> Command<S> {
+        let neuron = self.neuron(index);
+        neuron.output.command(place.unwrapped_around(S::from_weight(neuron.bearing)))
+    }
+
+    /// `M_k w_k`: the command that takes the robot to the neuron's own place (P1 Eq. 5, second case).
+    #[must_use]
+    pub fn own_command(&self, index: NeuronIndex) -> Command<S> {
+        self.neuron(index).output.command(self.place(index)).scaled_to_limit()
+    }
+
+    /// Replaces one neuron, as a map loaded from flash or from the link does; outside the lattice nothing happens.
+    pub fn set_neuron(&mut self, index: NeuronIndex, neuron: Neuron<S::Weight, O>, has_won: bool) {
+        let (column, row) = (usize::from(index.column), usize::from(index.row));
+        let Some(place) = self.neurons.get_mut(column).and_then(|neurons| neurons.get_mut(row)) else {
+            return;
+        };
+        *place = neuron;
+        if has_won {
+            self.won[column] |= 1 << row;
+        } else {
+            self.won[column] &= !(1 << row);
+        }
+    }
+
+    pub(crate) fn mark_won(&mut self, index: NeuronIndex) {
+        if let Some(column) = self.won.get_mut(usize::from(index.column)) {
+            *column |= 1 << (u32::from(index.row) % 32);
+        }
+    }
+
+    pub(crate) fn columns_mut(&mut self) -> impl Iterator<Item = &mut [Neuron<S::Weight, O>; ROWS]> {
+        self.neurons.iter_mut()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Eligible, Map, WinnerParameters};
+    use crate::kohonen::features::Features;
+    use crate::kohonen::lattice::NeuronIndex;
+    use crate::kohonen::output::ControlMatrix;
+    use crate::scalar::{Fixed, Scalar};
+
+    fn parameters<S: Scalar>() -> WinnerParameters<S> {
+        WinnerParameters {
+            bearing_tolerance: S::from_f32(0.1),
+            bearing_weight: S::ONE,
+            distance_weight: S::ONE,
+        }
+    }
+
+    fn check<S: Scalar>() {
+        let map = Map::<S, ControlMatrix<S::Weight>, 15, 15>::regular();
+        let s = S::from_f32;
+        // Every neuron wins its own place.
+        for (index, place) in map.places(Eligible::All) {
+            assert_eq!(map.winner(&parameters(), place, Eligible::All), Some(index), "{place:?}");
+        }
+        // Direction has priority over distance: a place straight ahead, beyond the workspace, is not given to a
+        // neuron that is nearer but lies aside.
+        let far = Features { bearing: s(0.05), distance: s(9.0) };
+        assert_eq!(map.winner(&parameters(), far, Eligible::All), Some(NeuronIndex { column: 7, row: 14 }));
+        // Behind the robot: the last column of that side.
+        let behind = Features { bearing: s(3.0), distance: s(0.0) };
+        assert_eq!(
+            map.winner(&parameters(), behind, Eligible::All),
+            Some(NeuronIndex { column: 14, row: 0 })
+        );
+        assert_eq!(map.winner(&parameters(), far, Eligible::Trained), None, "nothing is trained yet");
+    }
+
+    #[test]
+    fn winner_gives_direction_priority() {
+        check::<f32>();
+        check::<Fixed>();
+    }
+
+    #[test]
+    fn a_trained_neuron_is_remembered() {
+        let mut map = Map::<f32, ControlMatrix<f32>, 15, 15>::regular();
+        let index = NeuronIndex { column: 3, row: 14 };
+        map.mark_won(index);
+        assert!(map.has_won(index));
+        assert_eq!(map.trained_count(), 1);
+        let place = Features { bearing: 1.0, distance: 0.0 };
+        assert_eq!(map.winner(&parameters(), place, Eligible::Trained), Some(index));
+    }
+}

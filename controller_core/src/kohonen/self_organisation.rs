@@ -1,0 +1,141 @@
+//! Online training of the map from the robot's own moves (P1 Eq. 6–8, P2 Eq. 11–13).
+//!
+//! After each step the displacement `v` that a command `c` really produced is taken as training input: the winner k
+//! for v and its neighbours move their weights towards v (Eq. 6) and their outputs towards c (Eq. 8). Nothing is
+//! taught from outside, so whatever the robot's wheels, base or noise are, they are in the map.
+//!
+//! # Open in the papers, and what we chose
+//!
+//! * **v**: `(half of the heading change, signed chord)`. On a circular arc the chord points along half of the heading
+//!   change, so this *is* the egocentric place that was reached, but it stays defined for a turn on the spot, where
+//!   the direction of a chord of a millimetre is noise.
+//! * **Which moves train**: those that turn by at most half a turn and do not end behind the robot. The inverse is
+//!   two-valued beyond that, and a linear `M_i` cannot hold both.
+//! * **Schedules**: η, the rate of the weights and the width of G fall exponentially over the first
+//!   `annealing_steps`, then stay: online learning goes on for ever.
+//! * **Normalised step**, see [`crate::kohonen::output`].
+
+use crate::kohonen::features::{Command, Features};
+use crate::kohonen::lattice::{Neighbourhood, NeuronIndex};
+use crate::kohonen::map::{Eligible, Map, WinnerParameters};
+use crate::kohonen::output::Output;
+use crate::scalar::Scalar;
+use crate::units::{Polar, Pose};
+
+/// A quantity that falls exponentially from a first to a last value over a number of steps and then stays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Annealing<S> {
+    first: S,
+    last: S,
+    /// ln(first / last) per step.
+    decay_per_step: S,
+    steps: i32,
+}
+
+impl<S: Scalar> Annealing<S> {
+    /// From `first` to `last` (both positive) within `steps` steps.
+    #[must_use]
+    pub fn new(first: f32, last: f32, steps: u16) -> Self {
+        let steps = steps.max(1);
+        Self {
+            first: S::from_f32(first),
+            last: S::from_f32(last),
+            decay_per_step: S::from_f32(libm::logf(first / last) / f32::from(steps)),
+            steps: i32::from(steps),
+        }
+    }
+
+    /// The value at a step.
+    #[must_use]
+    pub fn at(&self, step: u32) -> S {
+        match i32::try_from(step) {
+            Ok(step) if step < self.steps => self.first * (self.decay_per_step * S::from_i32(step)).exp_neg(),
+            _ => self.last,
+        }
+    }
+}
+
+/// The numbers of online training; see [`crate::config::LearningConfig`] for units and reasons.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LearningParameters<S> {
+    /// η of Eq. 8.
+    pub output_rate: Annealing<S>,
+    /// η of Eq. 6.
+    pub weight_rate: Annealing<S>,
+    /// Width of G in lattice units.
+    pub neighbourhood: Annealing<S>,
+    /// Amplitude of the random part of a command, in units of c*.
+    pub exploration: Annealing<S>,
+    /// ε of the normalised step.
+    pub regularisation: S,
+    /// Moves with a smaller |v| (features) teach nothing but encoder noise.
+    pub shortest_move: S,
+    /// Moves that end farther behind than this (features) are left out.
+    pub farthest_behind: S,
+}
+
+/// The displacement `v` between two poses, given the heading change without wrapping.
+///
+/// The encoders count whole turns where a pose cannot; the poses refine what the encoders drifted.
+#[must_use]
+pub fn displacement<S: Scalar>(start: Pose<S>, end: Pose<S>, turned_by_encoders_rad: S) -> Polar<S> {
+    let drift = crate::units::angle_between(start.heading_rad + turned_by_encoders_rad, end.heading_rad);
+    let half_turn = (turned_by_encoders_rad + drift) * S::HALF;
+    let (dx, dy) = (end.x_m - start.x_m, end.y_m - start.y_m);
+    let (sin, cos) = crate::units::wrap(start.heading_rad + half_turn).sin_cos();
+    let along = dx * cos + dy * sin;
+    let chord = S::hypot(dx, dy);
+    Polar { bearing_rad: half_turn, distance_m: if along < S::ZERO { -chord } else { chord } }
+}
+
+/// Whether a displacement may train the map, see the module docs.
+fn teaches<S: Scalar>(parameters: &LearningParameters<S>, reached: Features<S>) -> bool {
+    let quarter_turn = S::PI * S::HALF;
+    reached.bearing.abs() <= quarter_turn
+        && reached.distance >= -parameters.farthest_behind
+        && S::hypot(reached.bearing, reached.distance) >= parameters.shortest_move
+}
+
+/// One step of online training; returns the winner for v, or `None` where the move teaches nothing.
+pub fn train<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
+    map: &mut Map<S, O, COLUMNS, ROWS>,
+    parameters: &LearningParameters<S>,
+    winner: &WinnerParameters<S>,
+    step: u32,
+    reached: Features<S>,
+    executed: Command<S>,
+) -> Option<NeuronIndex> {
+    if !teaches(parameters, reached) {
+        return None;
+    }
+    let reached = Features { distance: reached.distance.max(S::ZERO), ..reached };
+    let k = map.winner(winner, reached, Eligible::All)?;
+    map.mark_won(k);
+    let sigma = parameters.neighbourhood.at(step);
+    // Both axes fit the larger table: lattices are of tens of neurons a side.
+    let g = Neighbourhood::<S, 32>::new(sigma);
+    let (output_rate, weight_rate) = (parameters.output_rate.at(step), parameters.weight_rate.at(step));
+    // A gain this small moves no 16-bit weight and no f32 weight that matters; skipping it saves most of the work.
+    let negligible = S::from_f32(1e-4);
+    for (column, neurons) in map.columns_mut().enumerate() {
+        let across = g.along_axis(usize::from(k.column), column);
+        if across < negligible {
+            continue;
+        }
+        for (row, neuron) in neurons.iter_mut().enumerate() {
+            let gain = across * g.along_axis(usize::from(k.row), row);
+            if gain < negligible {
+                continue;
+            }
+            let pull = weight_rate * gain;
+            let bearing = S::from_weight(neuron.bearing);
+            let distance = S::from_weight(neuron.distance);
+            // Δw = η G (v − w), Eq. 6.
+            neuron.bearing = (bearing + pull * (reached.bearing - bearing)).to_weight();
+            neuron.distance = (distance + pull * (reached.distance - distance)).to_weight();
+            // ΔM = η G (c − M v) vᵀ, Eq. 8.
+            neuron.output.learn(reached, executed, output_rate * gain, parameters.regularisation);
+        }
+    }
+    Some(k)
+}

@@ -1,0 +1,16 @@
+//! Localisation EKMs: a target and each detected obstacle become activity over the neurons of the shared map.
+//!
+//! * [`target`]: the target field `a_i` (P2 Eq. 1–5)
+//! * [`obstacle`]: the obstacle fields `b_ij`, summed over the sensors (P2 Eq. 6–7)
+//! * [`memory`]: obstacles seen a moment ago (ours)
+//! * [`trail`]: places the robot has just been to (ours)
+//!
+//! Fields stand until they are renewed (P2, section II-D).
+
+pub mod target;
+
+pub mod obstacle;
+
+pub mod memory;
+
+pub mod trail;

@@ -1,0 +1,157 @@
+//! Obstacle localisation EKMs: the obstacle fields `b_ij` (P2 Eq. 6–7), one per sensor that detects something.
+//!
+//! A Gaussian around the obstacle, stretched away from the robot: what lies behind an obstacle is inhibited too. Only
+//! the sum over the sensors is kept, since neural integration needs no more (P2 Eq. 8).
+//!
+//! # We changed
+//!
+//! * **Centre of the field**: the sensed place `u_j` itself instead of the nearest neuron's weight
+//!   ([`FieldCentre::Sensed`]). The sensors see farther than a step reaches, so the literal winner pulls every far
+//!   obstacle onto the outermost neurons (doors and rooms fell from 100 % to 0 % in a prototype).
+
+use crate::kohonen::features::{Features, Scaling};
+use crate::kohonen::map::{Eligible, Map};
+use crate::kohonen::output::Output;
+use crate::motor_control::ReachingParameters;
+use crate::scalar::Scalar;
+use crate::units::{Polar, angle_between};
+
+/// Where an obstacle field is centred.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FieldCentre {
+    /// At the sensed place.
+    #[default]
+    Sensed,
+    /// At the weight of the winning neuron, the paper's literal form.
+    Neuron,
+}
+
+/// The widths of an obstacle field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObstacleFieldParameters<S> {
+    /// 1 / (√2 σ_bα), per radian.
+    pub bearing_steepness: S,
+    /// 1 / (√2 σ_bd) for places at and beyond the obstacle, per reach.
+    pub behind_steepness: S,
+    /// 1 / (√2 σ_bd) for places in front of the obstacle, per reach.
+    pub front_steepness: S,
+    /// Where the field is centred.
+    pub centre: FieldCentre,
+}
+
+/// exp(−16) is a ten-millionth: a field that weak decides nothing, so its exponential is not computed.
+const NEGLIGIBLE_EXPONENT: i32 = 16;
+
+/// The activity that one obstacle at `centre` gives to a place (P2 Eq. 6, 7).
+#[must_use]
+pub fn activity<S: Scalar>(p: &ObstacleFieldParameters<S>, centre: Features<S>, place: Features<S>) -> S {
+    let bearing = angle_between(centre.bearing, place.bearing) * p.bearing_steepness;
+    let across = bearing * bearing;
+    if across > S::from_i32(NEGLIGIBLE_EXPONENT) {
+        return S::ZERO;
+    }
+    let beyond = place.distance - centre.distance;
+    let steepness = if beyond >= S::ZERO { p.behind_steepness } else { p.front_steepness };
+    let along = beyond * steepness;
+    let exponent = across + along * along;
+    if exponent > S::from_i32(NEGLIGIBLE_EXPONENT) { S::ZERO } else { exponent.exp_neg() }
+}
+
+/// Σ_j b_ij for every neuron i of the map, and the obstacles they came from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObstacleField<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize> {
+    sum: [[S::Weight; ROWS]; COLUMNS],
+    centres: heapless::Vec<Features<S>, SENSORS>,
+}
+
+impl<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize> Default
+    for ObstacleField<S, COLUMNS, ROWS, SENSORS>
+{
+    fn default() -> Self {
+        Self { sum: [[S::ZERO.to_weight(); ROWS]; COLUMNS], centres: heapless::Vec::new() }
+    }
+}
+
+impl<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>
+    ObstacleField<S, COLUMNS, ROWS, SENSORS>
+{
+    /// Renews the fields from what the sensors detect; `extra` adds further inhibition per place.
+    pub fn renew<O: Output<S>>(
+        &mut self,
+        map: &Map<S, O, COLUMNS, ROWS>,
+        p: &ObstacleFieldParameters<S>,
+        reaching: &ReachingParameters<S>,
+        scaling: &Scaling<S>,
+        detections: &[Polar<S>],
+        extra: impl Fn(Features<S>) -> S,
+    ) {
+        self.centres.clear();
+        for obstacle in detections {
+            let sensed = scaling.features(*obstacle);
+            let centre = match p.centre {
+                FieldCentre::Sensed => sensed,
+                FieldCentre::Neuron => map
+                    .winner(&reaching.winner, sensed, Eligible::Trained)
+                    .map_or(sensed, |index| map.place(index)),
+            };
+            // One per sensor: the list holds as many.
+            let _ = self.centres.push(centre);
+        }
+        for (index, place) in map.places(Eligible::Trained) {
+            let inhibition = self.at(p, place) + extra(place);
+            self.sum[usize::from(index.column)][usize::from(index.row)] = inhibition.to_weight();
+        }
+    }
+
+    /// Σ_j b_j at any place.
+    #[must_use]
+    pub fn at(&self, p: &ObstacleFieldParameters<S>, place: Features<S>) -> S {
+        self.centres.iter().fold(S::ZERO, |sum, &centre| sum + activity(p, centre, place))
+    }
+
+    /// The summed inhibition of a neuron, as stored.
+    #[must_use]
+    pub fn inhibition(&self, index: crate::kohonen::lattice::NeuronIndex) -> S {
+        let column = self.sum.get(usize::from(index.column));
+        column.and_then(|rows| rows.get(usize::from(index.row))).map_or(S::ZERO, |&sum| S::from_weight(sum))
+    }
+
+    /// Nothing is detected at present.
+    #[must_use]
+    pub fn is_clear(&self) -> bool {
+        self.centres.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{FieldCentre, ObstacleFieldParameters, activity};
+    use crate::kohonen::features::Features;
+    use crate::scalar::{Fixed, Scalar};
+
+    fn check<S: Scalar>() {
+        let s = S::from_f32;
+        let p = ObstacleFieldParameters {
+            bearing_steepness: s(2.0),
+            behind_steepness: s(0.03),
+            front_steepness: s(8.0),
+            centre: FieldCentre::Sensed,
+        };
+        let at = |bearing, distance| Features { bearing: s(bearing), distance: s(distance) };
+        let obstacle = at(0.3, 0.5);
+        assert_eq!(activity(&p, obstacle, obstacle), S::ONE, "strongest at the obstacle");
+        assert!(activity(&p, obstacle, at(0.3, 1.0)) > s(0.99), "what lies behind is inhibited too");
+        assert!(activity(&p, obstacle, at(0.3, 0.2)) < s(0.01), "what lies in front is not");
+        let exact = (-(0.4_f32 * 2.0).powi(2) - (0.1_f32 * 8.0).powi(2)).exp();
+        assert!((activity(&p, obstacle, at(-0.1, 0.4)).to_f32() - exact).abs() < 1e-4);
+        assert_eq!(activity(&p, obstacle, at(-2.8, 0.5)), S::ZERO, "behind the robot");
+    }
+
+    #[test]
+    fn field_is_stretched_away_from_the_robot() {
+        check::<f32>();
+        check::<Fixed>();
+    }
+}

@@ -1,0 +1,59 @@
+//! Target localisation EKM: the target field `a_i` (P2 Eq. 1–5).
+//!
+//! The winner s for the target and an elongated Gaussian around its weight: narrow in distance, wide in bearing, so
+//! that when the straight way is inhibited a place *aside at the same distance* takes over instead of one just
+//! in front of the obstacle. This is what keeps the robot out of local minima.
+
+use crate::kohonen::features::Features;
+use crate::kohonen::lattice::NeuronIndex;
+use crate::kohonen::map::{Eligible, Map};
+use crate::kohonen::output::Output;
+use crate::motor_control::{ReachingParameters, aim};
+use crate::scalar::Scalar;
+use crate::units::angle_between;
+
+/// The widths and the amplitude of the target field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TargetFieldParameters<S> {
+    /// Peak of the field against an obstacle field's 1.
+    pub amplitude: S,
+    /// 1 / (√2 σ_aα), per radian.
+    pub bearing_steepness: S,
+    /// 1 / (√2 σ_ad), per reach.
+    pub distance_steepness: S,
+}
+
+/// The target field: its centre stands for all of it, since every `a_i` follows from it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TargetField<S> {
+    /// Where the target itself is.
+    pub target: Features<S>,
+    /// Where the map is aimed (see [`aim`]): the `u_p` of `M_k u_p`.
+    pub aim: Features<S>,
+    /// The winner s.
+    pub winner: NeuronIndex,
+    /// Its weight `w_s`, the centre of the field.
+    pub centre: Features<S>,
+}
+
+impl<S: Scalar> TargetField<S> {
+    /// Localises a target; `None` while no neuron is trained.
+    #[must_use]
+    pub fn localise<O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
+        map: &Map<S, O, COLUMNS, ROWS>,
+        reaching: &ReachingParameters<S>,
+        target: Features<S>,
+    ) -> Option<Self> {
+        let aim = aim(reaching, target);
+        let winner = map.winner(&reaching.winner, aim, Eligible::Trained)?;
+        Some(Self { target, aim, winner, centre: map.place(winner) })
+    }
+
+    /// The activity `a_i` of a neuron with weight `place` (P2 Eq. 4, 5), amplitude included.
+    #[must_use]
+    pub fn activity(&self, p: &TargetFieldParameters<S>, place: Features<S>) -> S {
+        let bearing = angle_between(self.centre.bearing, place.bearing) * p.bearing_steepness;
+        let distance = (place.distance - self.centre.distance) * p.distance_steepness;
+        p.amplitude * (bearing * bearing + distance * distance).exp_neg()
+    }
+}

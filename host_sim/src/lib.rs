@@ -1,0 +1,23 @@
+//! The host side of ekm-nav: the world the simulated Khepera drives in, and the experiments of both papers.
+//!
+//! ```text
+//! scenario (TOML) ──► world ──► what the sensors see, what the body touches
+//!        │              └─────► what the planner knows (raster)
+//!        └──► figure (SVG): world, checkpoints, paths
+//! ```
+//!
+//! Frame: x to the right, y up, angles anticlockwise from +x, metres, radians, seconds from the start of the run.
+//! Transcendental functions come from `libm`, so that a run gives the same bits on every platform.
+#![forbid(unsafe_code)]
+
+pub mod geometry;
+
+pub mod beam;
+
+pub mod solids;
+
+pub mod mover;
+
+pub mod world;
+
+pub mod scenario;

@@ -1,0 +1,103 @@
+//! A robot that circles: the moving obstacle of both papers.
+
+use nalgebra::{Point2, Vector2};
+
+use crate::geometry::{Disc, Segment};
+use crate::solids::Solids;
+
+/// Which way round a mover goes, seen from above.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Direction {
+    /// Against the clock, as in the papers.
+    #[default]
+    Anticlockwise,
+    /// With the clock.
+    Clockwise,
+}
+
+/// A disc whose centre goes round a circle at constant speed, whatever it meets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mover {
+    /// Centre of the circle.
+    pub centre: Point2<f64>,
+    /// Radius of the circle in m, positive.
+    pub orbit_radius_m: f64,
+    /// Radius of the disc in m, positive.
+    pub radius_m: f64,
+    /// Signed angular speed in rad/s, anticlockwise positive.
+    rate_rad_s: f64,
+    /// Bearing of the disc from the circle's centre at time zero, in rad.
+    phase_rad: f64,
+}
+
+impl Mover {
+    /// A mover of the given speed along its circle, in m/s.
+    #[must_use]
+    pub fn new(
+        centre: Point2<f64>,
+        orbit_radius_m: f64,
+        radius_m: f64,
+        speed_m_s: f64,
+        direction: Direction,
+        phase_rad: f64,
+    ) -> Self {
+        let sign = match direction {
+            Direction::Anticlockwise => 1.0,
+            Direction::Clockwise => -1.0,
+        };
+        Self { centre, orbit_radius_m, radius_m, rate_rad_s: sign * speed_m_s / orbit_radius_m, phase_rad }
+    }
+
+    /// Speed along the circle in m/s.
+    #[must_use]
+    pub fn speed_m_s(&self) -> f64 {
+        self.rate_rad_s.abs() * self.orbit_radius_m
+    }
+
+    /// Which way round it goes.
+    #[must_use]
+    pub fn direction(&self) -> Direction {
+        if self.rate_rad_s < 0.0 { Direction::Clockwise } else { Direction::Anticlockwise }
+    }
+
+    /// The disc at time `t_s`.
+    #[must_use]
+    pub fn at(&self, t_s: f64) -> Disc {
+        let (sin, cos) = libm::sincos(self.phase_rad + self.rate_rad_s * t_s);
+        Disc { centre: self.centre + Vector2::new(cos, sin) * self.orbit_radius_m, radius_m: self.radius_m }
+    }
+
+    /// Distance in m from `point` to the ring that the disc sweeps, negative inside the ring: the least clearance that the
+    /// point ever has from this mover.
+    #[must_use]
+    pub fn least_clearance(&self, point: Point2<f64>) -> f64 {
+        ((point - self.centre).norm() - self.orbit_radius_m).abs() - self.radius_m
+    }
+
+    /// Distance in m from the swept ring to the nearest of the shapes, not positive if the mover runs into one.
+    #[must_use]
+    pub fn least_clearance_from(&self, solids: &Solids) -> f64 {
+        let to_segment = |segment: &Segment| self.ring_gap(segment.distance_range(self.centre));
+        let thin = solids.segments.iter().map(to_segment);
+        let outlines = solids.polygons.iter().flat_map(|polygon| polygon.edges().iter().map(to_segment));
+        let discs = solids.discs.iter().map(|disc| {
+            let distance = (disc.centre - self.centre).norm();
+            self.ring_gap(((distance - disc.radius_m).max(0.0), distance + disc.radius_m))
+        });
+        // A ring that meets no outline is wholly inside or outside each polygon: any point of it tells which.
+        let somewhere = self.at(0.0).centre;
+        let swallowed = solids.polygons.iter().any(|polygon| polygon.contains(somewhere));
+        let gap = thin.chain(outlines).chain(discs).fold(f64::INFINITY, f64::min);
+        if swallowed { -gap.abs() } else { gap }
+    }
+
+    /// Gap between the ring and a connected shape whose points lie between two distances from the circle's centre.
+    fn ring_gap(&self, (nearest_m, furthest_m): (f64, f64)) -> f64 {
+        let off_orbit = if furthest_m < self.orbit_radius_m {
+            self.orbit_radius_m - furthest_m
+        } else {
+            (nearest_m - self.orbit_radius_m).max(0.0)
+        };
+        off_orbit - self.radius_m
+    }
+}

@@ -1,0 +1,237 @@
+//! An experiment as a file: the world, where the robot starts, where it shall go, and what disturbs it.
+//!
+//! A file is TOML, in metres, degrees and seconds; `scenarios/*.toml` of this crate are built in and are the best
+//! description of the format. It is read in two steps: [`raw`] takes the text apart, [`check`] believes nothing of it.
+//! What comes out is a [`Scenario`] that can be run: every number is finite, every shape has a size, and the robot, the
+//! checkpoints and the movers stand clear of the walls.
+//!
+//! *Known* solids are on the planner's map; the others are unforeseen, and only the sensors can find them. Walls are
+//! known and obstacles are unforeseen unless the file says otherwise.
+
+mod builtin;
+mod check;
+mod error;
+mod raw;
+
+use std::path::Path;
+
+use nalgebra::Point2;
+
+use crate::geometry::{Disc, Polygon, Segment};
+use crate::solids::Solids;
+use crate::world::{Window, World};
+
+pub use error::ScenarioError;
+
+/// Period of obstacle avoidance in ms, of which the target-reaching period is a multiple.
+pub const AVOIDANCE_PERIOD_MS: u32 = 128;
+
+/// A checked experiment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario {
+    /// Short name for files and commands: letters, digits, `-` and `_`.
+    pub name: String,
+    /// Title for figures.
+    pub title: String,
+    /// The figure of the papers that it reproduces, or where else it comes from.
+    pub source: String,
+    /// Where the robot starts.
+    pub start: Start,
+    /// Where it shall go.
+    pub route: Route,
+    /// Checkpoints that the planner exchanges under way.
+    pub replacements: Vec<Replacement>,
+    /// A checkpoint is reached at less than this distance, in m.
+    pub tolerance_m: f64,
+    /// The run is given up at this time, in s.
+    pub time_limit_s: f64,
+    /// Which way of integrating behaviours runs if the user does not say.
+    pub controller: ControllerKind,
+    /// Period of target reaching in ms, a multiple of [`AVOIDANCE_PERIOD_MS`].
+    pub target_period_ms: u32,
+    /// What disturbs sensors, motors and pose.
+    pub noise: NoiseLevels,
+    /// Walls, then obstacles, in the file's order.
+    pub solids: Vec<Solid>,
+    /// What can be touched and seen: `solids` and the movers, laid out for the simulator.
+    pub world: World,
+}
+
+/// The robot's pose at time zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// Centre of the body.
+    pub position: Point2<f64>,
+    /// Heading in rad, anticlockwise from +x.
+    pub heading_rad: f64,
+    /// The position is drawn uniformly from a disc of this radius in m; the checks leave room for it.
+    pub jitter_position_m: f64,
+    /// The heading is drawn uniformly from ± this angle in rad.
+    pub jitter_heading_rad: f64,
+}
+
+/// How the robot gets its checkpoints.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Route {
+    /// They are given, at least one; the last is the goal.
+    Checkpoints(Vec<Point2<f64>>),
+    /// The planner finds them on the known map.
+    Planned {
+        /// The goal.
+        goal: Point2<f64>,
+    },
+}
+
+impl Route {
+    /// The checkpoints that are known without planning: all of them, or the goal alone.
+    #[must_use]
+    pub fn checkpoints(&self) -> &[Point2<f64>] {
+        match self {
+            Self::Checkpoints(checkpoints) => checkpoints,
+            Self::Planned { goal } => core::slice::from_ref(goal),
+        }
+    }
+}
+
+/// A checkpoint that is exchanged while the robot is under way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Replacement {
+    /// When.
+    pub trigger: Trigger,
+    /// Index of the checkpoint, from 0 (files and figures count from 1).
+    pub checkpoint: usize,
+    /// Its new place.
+    pub to: Point2<f64>,
+}
+
+/// When a checkpoint is exchanged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Trigger {
+    /// At a time of the run, in s.
+    At {
+        /// The time.
+        t_s: f64,
+    },
+    /// Some time after another checkpoint was reached.
+    AfterCheckpoint {
+        /// Index of the checkpoint, from 0.
+        checkpoint: usize,
+        /// Seconds after it was reached.
+        delay_s: f64,
+    },
+}
+
+/// How target reaching and obstacle avoidance become one command.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ControllerKind {
+    /// Cooperative EKMs with neural integration (P2).
+    Cooperative,
+    /// Braitenberg avoidance and command fusion (P1).
+    Fusion,
+}
+
+/// What disturbs sensors, motors and pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseLevels {
+    /// Fraction of a range reading, 0 to 1.
+    pub sensor: f64,
+    /// Fraction of a wheel command, 0 to 1.
+    pub actuator: f64,
+    /// Step to which ranges are rounded, in m; zero for none.
+    pub sensor_resolution_m: f64,
+    /// Half the width of a sensor's cone in rad; zero for a pencil ray.
+    pub beam_half_width_rad: f64,
+    /// Error of the pose fix's position in m.
+    pub pose_position_m: f64,
+    /// Error of the pose fix's heading in rad.
+    pub pose_heading_rad: f64,
+}
+
+/// A wall or obstacle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Solid {
+    /// Its shape.
+    pub shape: Shape,
+    /// Whether the planner knows of it.
+    pub known: bool,
+    /// When it is there.
+    pub window: Window,
+}
+
+/// The shape of a wall or obstacle.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// A wall of zero thickness along two points or more.
+    Line(Vec<Point2<f64>>),
+    /// A solid block.
+    Polygon(Polygon),
+    /// A round post.
+    Disc(Disc),
+}
+
+impl Shape {
+    /// Adds the shape to a set.
+    pub fn add_to(&self, solids: &mut Solids) {
+        match self {
+            Self::Line(points) => {
+                solids.segments.extend(points.windows(2).map(|ends| Segment::new(ends[0], ends[1])));
+            }
+            Self::Polygon(polygon) => solids.polygons.push(polygon.clone()),
+            Self::Disc(disc) => solids.discs.push(*disc),
+        }
+    }
+}
+
+impl Scenario {
+    /// Names of the built-in scenarios, in the papers' order.
+    pub fn builtin_names() -> impl ExactSizeIterator<Item = &'static str> {
+        builtin::ALL.iter().map(|(name, _)| *name)
+    }
+
+    /// A built-in scenario.
+    ///
+    /// # Errors
+    ///
+    /// If there is none of that name.
+    pub fn builtin(name: &str) -> Result<Self, ScenarioError> {
+        let found = builtin::ALL.iter().find(|(builtin, _)| *builtin == name);
+        let (name, text) = found.ok_or_else(|| builtin::not_found(name))?;
+        Self::parse(&format!("{name} (built in)"), text)
+    }
+
+    /// A built-in scenario by its name, or a file by its path.
+    ///
+    /// # Errors
+    ///
+    /// If there is neither, or the file cannot be read or makes no sense.
+    pub fn load(name_or_path: &str) -> Result<Self, ScenarioError> {
+        let is_builtin = Self::builtin_names().any(|name| name == name_or_path);
+        if is_builtin || !Path::new(name_or_path).exists() {
+            return Self::builtin(name_or_path);
+        }
+        let unreadable = |source| ScenarioError::Unreadable { file: name_or_path.to_owned(), source };
+        Self::parse(name_or_path, &std::fs::read_to_string(name_or_path).map_err(unreadable)?)
+    }
+
+    /// A scenario from its text; `file` is what errors call it.
+    ///
+    /// # Errors
+    ///
+    /// If the text is not TOML, has unknown or missing keys, or describes something that cannot be run.
+    pub fn parse(file: &str, text: &str) -> Result<Self, ScenarioError> {
+        check::scenario(file, &raw::parse(file, text)?)
+    }
+
+    /// The same experiment with these checkpoints, such as a planner's.
+    #[must_use]
+    pub fn with_checkpoints(mut self, checkpoints: Vec<Point2<f64>>) -> Self {
+        self.route = Route::Checkpoints(checkpoints);
+        self
+    }
+
+    /// The last checkpoint.
+    #[must_use]
+    pub fn goal(&self) -> Option<Point2<f64>> {
+        self.route.checkpoints().last().copied()
+    }
+}

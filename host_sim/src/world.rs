@@ -1,0 +1,156 @@
+//! The world the robot drives in: solid shapes that stay, shapes that come and go, and robots that circle.
+//!
+//! A [`World`] has no state: where things are is a function of the time asked for, so that a run can be repeated from any
+//! tick. Every answer is exact and no call allocates.
+
+use nalgebra::{Point2, Vector2};
+
+use crate::beam::Beam;
+use crate::geometry::Nearest;
+use crate::mover::Mover;
+use crate::solids::Solids;
+
+/// Radius of the Khepera's body in m, the figure both papers use.
+pub const KHEPERA_RADIUS_M: f64 = 0.025;
+
+/// The span of time in which something is there: from `from_s` up to, but not at, `until_s`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    /// First moment, in s from the start of the run.
+    pub from_s: f64,
+    /// First moment of absence, in s; may be infinite.
+    pub until_s: f64,
+}
+
+impl Window {
+    /// From the start of the run, without end.
+    pub const ALWAYS: Self = Self { from_s: 0.0, until_s: f64::INFINITY };
+
+    /// Whether the time lies in the window.
+    #[must_use]
+    pub fn contains(&self, t_s: f64) -> bool {
+        self.from_s <= t_s && t_s < self.until_s
+    }
+}
+
+/// Shapes that are there for part of the run, such as a door that closes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timed {
+    /// When they are there.
+    pub window: Window,
+    /// The shapes.
+    pub solids: Solids,
+}
+
+/// Everything the robot can touch or see.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct World {
+    /// Shapes that are there from start to end.
+    pub permanent: Solids,
+    /// Shapes that come or go.
+    pub timed: Vec<Timed>,
+    /// Robots that circle.
+    pub movers: Vec<Mover>,
+}
+
+impl World {
+    /// Distance from `centre` to the nearest surface at time `t_s`, in m: negative inside something solid, infinite in an
+    /// empty world.
+    ///
+    /// Exact outside. Inside, it is the depth in the solid that holds the point deepest; where solids overlap the way out
+    /// may be longer.
+    #[must_use]
+    pub fn clearance(&self, centre: Point2<f64>, t_s: f64) -> f64 {
+        self.static_clearance(centre).min(self.movers_clearance(centre, t_s))
+    }
+
+    /// The part of [`World::clearance`] that does not depend on time.
+    ///
+    /// It changes by at most the distance travelled, so a robot that has this much to spare need not ask again until it
+    /// has gone that far.
+    #[must_use]
+    pub fn static_clearance(&self, centre: Point2<f64>) -> f64 {
+        self.permanent.clearance(centre)
+    }
+
+    /// The part of [`World::clearance`] that depends on time: movers, and shapes that come or go.
+    ///
+    /// Between two [changes](World::next_change_s) it shrinks by at most the robot's travel plus
+    /// [the movers'](World::fastest_mover_m_s).
+    #[must_use]
+    pub fn movers_clearance(&self, centre: Point2<f64>, t_s: f64) -> f64 {
+        let timed = self.timed_at(t_s).map(|solids| solids.clearance(centre));
+        let movers = self.movers.iter().map(|mover| mover.at(t_s).clearance(centre));
+        timed.chain(movers).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether nothing in the world depends on time, so that [`World::movers_clearance`] is always infinite.
+    #[must_use]
+    pub const fn is_static(&self) -> bool {
+        self.timed.is_empty() && self.movers.is_empty()
+    }
+
+    /// Speed of the fastest mover in m/s, zero without movers.
+    #[must_use]
+    pub fn fastest_mover_m_s(&self) -> f64 {
+        self.movers.iter().map(Mover::speed_m_s).fold(0.0, f64::max)
+    }
+
+    /// The first time after `t_s` at which a shape appears or disappears, infinite if none will.
+    #[must_use]
+    pub fn next_change_s(&self, t_s: f64) -> f64 {
+        let changes = self.timed.iter().flat_map(|timed| [timed.window.from_s, timed.window.until_s]);
+        changes.filter(|change| *change > t_s).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The nearest surface at time `t_s`; `None` in an empty world.
+    #[must_use]
+    pub fn nearest_surface(&self, centre: Point2<f64>, t_s: f64) -> Option<Nearest> {
+        let timed = self.timed_at(t_s).filter_map(|solids| solids.nearest(centre));
+        let movers = self.movers.iter().map(|mover| mover.at(t_s).nearest(centre));
+        let permanent = self.permanent.nearest(centre);
+        permanent.into_iter().chain(timed).chain(movers).reduce(|best, next| best.nearer(Some(next)))
+    }
+
+    /// Unit vector away from the nearest surface at time `t_s`; `None` in an empty world.
+    ///
+    /// A robot in contact that removes from its velocity the part against this vector slides along the surface.
+    #[must_use]
+    pub fn nearest_surface_normal(&self, centre: Point2<f64>, t_s: f64) -> Option<Vector2<f64>> {
+        self.nearest_surface(centre, t_s).map(|nearest| nearest.normal)
+    }
+
+    /// Exact smallest distance from `apex` to a surface point inside the beam at time `t_s`, in m; `None` beyond
+    /// `range_max_m`.
+    ///
+    /// Surfaces are seen from both sides. For all of a robot's sensors at once, [`World::scan`] is several times cheaper.
+    #[must_use]
+    pub fn beam_range(&self, apex: Point2<f64>, beam: &Beam, range_max_m: f64, t_s: f64) -> Option<f64> {
+        let [range] = self.scan(apex, core::array::from_ref(beam), range_max_m, t_s);
+        range
+    }
+
+    /// [`World::beam_range`] for many beams from one apex: what is out of range is rejected once, not once per beam.
+    #[must_use]
+    pub fn scan<const BEAMS: usize>(
+        &self,
+        apex: Point2<f64>,
+        beams: &[Beam; BEAMS],
+        range_max_m: f64,
+        t_s: f64,
+    ) -> [Option<f64>; BEAMS] {
+        let mut ranges = [f64::INFINITY; BEAMS];
+        self.permanent.scan(apex, beams, range_max_m, &mut ranges);
+        for solids in self.timed_at(t_s) {
+            solids.scan(apex, beams, range_max_m, &mut ranges);
+        }
+        for mover in &self.movers {
+            crate::solids::scan_disc(&mover.at(t_s), apex, beams, range_max_m, &mut ranges);
+        }
+        ranges.map(|range| (range <= range_max_m).then_some(range))
+    }
+
+    fn timed_at(&self, t_s: f64) -> impl Iterator<Item = &Solids> {
+        self.timed.iter().filter(move |timed| timed.window.contains(t_s)).map(|timed| &timed.solids)
+    }
+}
