@@ -167,7 +167,10 @@ impl fmt::Display for PlanError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::BadFootprint { radius_m, margin_m } => {
-                write!(f, "radius {radius_m} m, margin {margin_m} m: give a radius above 0 and a margin of 0 or more")
+                write!(
+                    f,
+                    "radius {radius_m} m, margin {margin_m} m: give a radius above 0 and a margin of 0 or more"
+                )
             }
             Self::RasterMismatch { reach_m, cell_size_m } => write!(
                 f,
@@ -183,7 +186,10 @@ impl fmt::Display for PlanError {
                 write!(f, "the start ({x_m}, {y_m}) m is outside of the map: move it, or enlarge the map")
             }
             Self::StartBlocked { x_m, y_m } => {
-                write!(f, "the start ({x_m}, {y_m}) m is in a wall or too near: move it, or reduce the margin")
+                write!(
+                    f,
+                    "the start ({x_m}, {y_m}) m is in a wall or too near: move it, or reduce the margin"
+                )
             }
             Self::GoalOutside { x_m, y_m } => {
                 write!(f, "the goal ({x_m}, {y_m}) m is outside of the map: move it, or enlarge the map")
@@ -343,7 +349,12 @@ impl Frame {
         let origin_m = workspace.origin_m();
         let size = Spot { x: 4.0 * f32::from(columns), y: 4.0 * f32::from(rows) };
         let range = -S::LIMIT.to_f32()..=S::LIMIT.to_f32();
-        let ends = [origin_m.0, origin_m.1, origin_m.0 + size.x * quarter_cell_m, origin_m.1 + size.y * quarter_cell_m];
+        let ends = [
+            origin_m.0,
+            origin_m.1,
+            origin_m.0 + size.x * quarter_cell_m,
+            origin_m.1 + size.y * quarter_cell_m,
+        ];
         let sides = 1..=SIDE_MAX;
         let sound = quarter_cell_m > 0.0 && ends.iter().all(|end| range.contains(end));
         if !sound || !sides.contains(&columns) || !sides.contains(&rows) {

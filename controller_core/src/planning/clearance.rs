@@ -54,7 +54,10 @@ impl Spot {
 
 /// The next whole number at or below; saturates, and NaN gives 0.
 pub(super) fn floor(value: f32) -> i32 {
-    #[expect(clippy::cast_possible_truncation, reason = "float to integer `as` saturates, which is what we want")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "float to integer `as` saturates, which is what we want"
+    )]
     let whole = libm::floorf(value) as i32;
     whole
 }

@@ -87,7 +87,9 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
         match node {
             START => self.start.anchor,
             GOAL => self.goal.anchor,
-            _ => self.map.passage(node / 2).map_or(self.goal.anchor, |p| p.entry(usize::from(node % 2), cell)),
+            _ => {
+                self.map.passage(node / 2).map_or(self.goal.anchor, |p| p.entry(usize::from(node % 2), cell))
+            }
         }
     }
 
@@ -186,7 +188,10 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
     }
 
     /// Whether the goal can be reached from the start; then [`Search::walk`] says how.
-    pub fn run<W: Workspace, const CELLS: usize>(&mut self, problem: &Problem<'_, W, CELLS, PASSAGES>) -> bool {
+    pub fn run<W: Workspace, const CELLS: usize>(
+        &mut self,
+        problem: &Problem<'_, W, CELLS, PASSAGES>,
+    ) -> bool {
         for pair in self.nodes.iter_mut().take(problem.map.passages.len()) {
             *pair = [NEW; 2];
         }
@@ -368,7 +373,11 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
     }
 
     /// Puts a node into the queue, or moves it up after its cost fell.
-    fn push<W: Workspace, const CELLS: usize>(&mut self, problem: &Problem<'_, W, CELLS, PASSAGES>, node: u16) {
+    fn push<W: Workspace, const CELLS: usize>(
+        &mut self,
+        problem: &Problem<'_, W, CELLS, PASSAGES>,
+        node: u16,
+    ) {
         let mut position = match self.node(node).position {
             UNSEEN | SETTLED => {
                 self.queued += 1;
@@ -402,8 +411,7 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
             if below >= self.queued {
                 break;
             }
-            if below + 1 < self.queued
-                && self.before(problem, self.queue_at(below + 1), self.queue_at(below))
+            if below + 1 < self.queued && self.before(problem, self.queue_at(below + 1), self.queue_at(below))
             {
                 below += 1;
             }
