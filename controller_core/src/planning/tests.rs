@@ -364,6 +364,14 @@ fn time_of_large_maps() {
 
 #[test]
 fn scratch_memory_is_as_documented() {
-    std::println!("{} {}", size_of::<Planner<64, 128>>(), size_of::<Planner<24, 48>>());
-    assert!(size_of::<Planner<64, 128>>() <= 8 * 1024);
+    for (size, cells, passages) in [
+        (size_of::<Planner<64, 128>>(), 64, 128),
+        (size_of::<Planner<24, 48>>(), 24, 48),
+        (size_of::<Planner<512, 1024>>(), 512, 1024),
+    ] {
+        assert!(
+            size <= 22 * cells + 46 * passages + 64,
+            "{size} bytes for {cells} cells, {passages} passages"
+        );
+    }
 }
