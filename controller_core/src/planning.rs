@@ -247,7 +247,7 @@ fn lattice_index(value: i32) -> u16 {
 /// // A room of 0.32 m x 0.32 m, rasterised at 10 mm.
 /// let room = BitGrid::<32>::new(32, 32, 0.01, (0.0, 0.0)).unwrap();
 /// let robot = Footprint::new(0.025, 0.005).unwrap();
-/// let (start, goal) = (Point::from_metres(0.05, 0.05), Point::from_metres(0.25_f32, 0.2));
+/// let (start, goal) = (Point::<f32>::from_metres(0.05, 0.05), Point::from_metres(0.25, 0.2));
 /// let plan = Planner::<8, 8>::new().plan::<_, _, 4>(&room, &robot, start, goal).unwrap();
 /// assert_eq!(plan.as_slice(), [goal]);
 /// ```
