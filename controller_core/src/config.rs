@@ -11,6 +11,7 @@ use crate::integration::sweep::SweepParameters;
 use crate::kohonen::features::Scaling;
 use crate::kohonen::map::WinnerParameters;
 use crate::kohonen::self_organisation::{Annealing, LearningParameters};
+use crate::localisation::detour::DetourParameters;
 use crate::localisation::memory::MemoryParameters;
 use crate::localisation::obstacle::{FieldCentre, ObstacleFieldParameters};
 use crate::localisation::target::TargetFieldParameters;
@@ -214,6 +215,18 @@ pub struct CooperativeConfig {
     pub trail_ms: u16,
     /// Trail: the last moments do not count.
     pub trail_silent_ms: u16,
+    /// Detour: time without progress after which a wall is followed; 0 switches it off.
+    pub detour_patience_ms: u16,
+    /// Detour: coming nearer to the target by this much is progress.
+    pub detour_progress_m: f32,
+    /// Detour: distance of the robot's centre from the wall it follows.
+    pub detour_follow_m: f32,
+    /// Detour: it ends only when this much to either side of the target is free.
+    pub detour_free_rad: f32,
+    /// Detour: obstacles farther than this do not hide the target.
+    pub detour_free_m: f32,
+    /// Detour: time after which the other side is tried, doubled each time.
+    pub detour_side_ms: u16,
 }
 
 /// Command fusion with Braitenberg avoidance (P1 Eq. 9, 10).
@@ -360,6 +373,12 @@ impl Default for CooperativeConfig {
             trail_spacing_m: 0.02,
             trail_ms: 10_000,
             trail_silent_ms: 1000,
+            detour_patience_ms: 6000,
+            detour_progress_m: 0.01,
+            detour_follow_m: 0.05,
+            detour_free_rad: 0.4,
+            detour_free_m: 0.12,
+            detour_side_ms: 20_000,
         }
     }
 }
@@ -492,6 +511,12 @@ impl Config {
             trail_spacing_m in 1e-3, 10.0 => "between 1 mm and 10 m";
             trail_ms in 100.0, 65_000.0 => "between 100 and 65,000 ms";
             trail_silent_ms in 0.0, 65_000.0 => "between 0 and 65,000 ms";
+            detour_patience_ms in 0.0, 65_000.0 => "between 0 and 65,000 ms";
+            detour_progress_m in 1e-3, 1.0 => "between 1 mm and 1 m";
+            detour_follow_m in 5e-3, 10.0 => "between 5 mm and 10 m";
+            detour_free_rad in 0.0, 3.2 => "between 0 and π";
+            detour_free_m in 1e-3, 10.0 => "between 1 mm and 10 m";
+            detour_side_ms in 100.0, 65_000.0 => "between 100 and 65,000 ms";
         }
         Ok(())
     }
@@ -563,6 +588,7 @@ impl Config {
                 merge_m: s(self.cooperative.memory_merge_m),
             },
             trail: self.trail_parameters(),
+            detour: self.detour_parameters(),
             wiring: match self.fusion.wiring {
                 WiringKind::Symmetric => Wiring::symmetric(),
                 WiringKind::Asymmetric => Wiring::asymmetric(),
@@ -654,6 +680,19 @@ impl Config {
         }
     }
 
+    fn detour_parameters<S: Scalar>(&self) -> DetourParameters<S> {
+        let c = &self.cooperative;
+        DetourParameters {
+            patience_ms: c.detour_patience_ms,
+            progress_m: S::from_f32(c.detour_progress_m),
+            follow_m: S::from_f32(c.detour_follow_m),
+            per_follow: S::from_f32(1.0 / c.detour_follow_m),
+            free_rad: S::from_f32(c.detour_free_rad),
+            free_m: S::from_f32(c.detour_free_m),
+            side_ms: c.detour_side_ms,
+        }
+    }
+
     fn trail_parameters<S: Scalar>(&self) -> TrailParameters<S> {
         let c = &self.cooperative;
         TrailParameters {
@@ -699,6 +738,8 @@ pub struct Parameters<S, const SENSORS: usize> {
     pub memory: MemoryParameters<S>,
     /// Trail.
     pub trail: TrailParameters<S>,
+    /// Detour.
+    pub detour: DetourParameters<S>,
     /// Z of Eq. 9.
     pub wiring: Wiring<S, SENSORS>,
     /// β of Eq. 10.

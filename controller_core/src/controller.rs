@@ -13,6 +13,7 @@ use crate::kohonen::features::Command;
 use crate::kohonen::map::Map;
 use crate::kohonen::output::{ControlMatrix, Output};
 use crate::kohonen::self_organisation::{displacement, train};
+use crate::localisation::detour::Detour;
 use crate::localisation::memory::ObstacleMemory;
 use crate::localisation::obstacle::ObstacleField;
 use crate::localisation::target::TargetField;
@@ -124,6 +125,7 @@ pub struct Controller<
     scan: Stamped<Scan<S, SENSORS>>,
     memory: ObstacleMemory<S, MEMORY_POINTS>,
     trail: Trail<S, TRAIL_POINTS>,
+    detour: Detour<S>,
     checkpoints: Checkpoints<S, CHECKPOINTS>,
     odometry: Odometry<S>,
     servo: Servo<S>,
@@ -162,6 +164,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             scan: Stamped::default(),
             memory: ObstacleMemory::default(),
             trail: Trail::default(),
+            detour: Detour::default(),
             checkpoints: Checkpoints::default(),
             odometry: Odometry::default(),
             servo: Servo::default(),
@@ -257,6 +260,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         let reached =
             self.checkpoints.arrive(&p.checkpoints, self.pose(p), self.servo.reference().forward().abs())?;
         self.trail.clear();
+        self.detour.reset();
         if reached.is_goal && self.mode == Mode::Navigate {
             self.standing.target = Stamped::new(None, now);
             self.standing.reaching = Command::default();
@@ -287,8 +291,10 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             .seen_from(&p.trail, pose)
             .filter(|avoided| avoided.at.x_m.abs() < farthest && avoided.at.y_m.abs() < farthest)
             .collect();
+        // Out of a dead end the way leads back over the trail.
+        let following = self.detour.is_following();
         let extra = |place| {
-            if trodden.is_empty() {
+            if trodden.is_empty() || following {
                 return S::ZERO;
             }
             let place = p.scaling.place(place).to_point();
@@ -301,14 +307,21 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
 
     /// Target reaching: the current checkpoint renews the target field (P2), or the command for it (P1).
     pub fn reach(&mut self, p: &Parameters<S, SENSORS>, now: Tick) {
-        let target = self.checkpoints.current().map(|at| p.scaling.features(self.pose(p).see(at)));
+        let seen = self.checkpoints.current().map(|at| self.pose(p).see(at));
         match p.architecture {
             Architecture::Cooperative => {
-                let field = target.and_then(|target| TargetField::localise(&self.map, &p.reaching, target));
+                let field = seen.and_then(|target| {
+                    let detections = detections(&p.proximity, &self.scan.value);
+                    let place =
+                        self.detour.direct(&p.detour, target, &detections, p.schedule.target_period_ms);
+                    TargetField::localise(&self.map, &p.reaching, p.scaling.features(place))
+                });
                 self.standing.target = Stamped::new(field, now);
             }
             Architecture::Fusion => {
-                let reached = target.and_then(|target| motor_control::reach(&self.map, &p.reaching, target));
+                let reached = seen.and_then(|target| {
+                    motor_control::reach(&self.map, &p.reaching, p.scaling.features(target))
+                });
                 self.standing.reaching = reached.map_or_else(Command::default, |(_, command)| command);
                 self.standing.target.renewed = now;
             }
@@ -402,6 +415,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         self.standing.avoidance = None;
         self.memory.clear();
         self.trail.clear();
+        self.detour.reset();
     }
 
     /// Lets the motors run.

@@ -1,0 +1,222 @@
+//! The detour (ours): when the target has not come nearer for a while, the target field follows the wall instead.
+//!
+//! Cooperative EKMs slide along an obstacle as long as that brings the robot nearer to the target. Deep in a U nothing
+//! near does, and the robot swings between the corners. After `patience` without progress it therefore **commits to a
+//! side**: the target is taken to lie along the nearest obstacle, which keeps the fields, the neurons and the motor
+//! control as they are and only moves the centre of the target field. The detour ends when the robot is nearer to the
+//! target than ever before and sees it free, which no wall can make happen twice at the same place (the leave condition
+//! of the Bug algorithms: Lumelsky and Stepanov 1987; Kamon and Rivlin 1997). A side that leads nowhere is given up for
+//! the other, each time after twice as long.
+
+use crate::scalar::Scalar;
+use crate::units::{Polar, angle_between, wrap};
+
+/// When and how to follow a wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DetourParameters<S> {
+    /// Time without progress after which a detour begins (ms); 0 switches detours off.
+    pub patience_ms: u16,
+    /// Coming nearer by this much is progress (m); near the target a fifth of the distance is.
+    pub progress_m: S,
+    /// Distance from the robot's centre at which a wall is followed (m).
+    pub follow_m: S,
+    /// 1 / `follow_m`.
+    pub per_follow: S,
+    /// Bearings this close to the target's must be free to end a detour (rad).
+    pub free_rad: S,
+    /// Obstacles farther than this do not hide the target (m).
+    pub free_m: S,
+    /// Time after which the other side is tried, the first time (ms).
+    pub side_ms: u16,
+}
+
+/// A detour under way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Following<S> {
+    /// +1: the wall is kept on the right, −1: on the left.
+    side: S,
+    /// Where the wall was when it was last seen.
+    wall: Polar<S>,
+    elapsed_ms: u32,
+    give_up_ms: u32,
+}
+
+/// Progress towards the current target, and the detour if there is one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Detour<S> {
+    nearest_m: Option<S>,
+    stuck_ms: u16,
+    following: Option<Following<S>>,
+}
+
+/// The detection nearest to the robot.
+fn nearest<S: Scalar>(detections: impl Iterator<Item = Polar<S>>) -> Option<Polar<S>> {
+    detections.reduce(|near, next| if next.distance_m < near.distance_m { next } else { near })
+}
+
+impl<S: Scalar> Detour<S> {
+    /// Takes note of where the target is, `elapsed_ms` after the last time, and says where to go: the target itself, or
+    /// a place along the wall.
+    pub fn direct(
+        &mut self,
+        p: &DetourParameters<S>,
+        target: Polar<S>,
+        detections: &[Polar<S>],
+        elapsed_ms: u16,
+    ) -> Polar<S> {
+        if p.patience_ms == 0 {
+            return target;
+        }
+        let best = self.nearest_m.unwrap_or(target.distance_m);
+        // The last centimetre before a target is made in steps of less than a centimetre.
+        let progress = p.progress_m.min(best * S::from_f32(0.2));
+        let has_progressed = target.distance_m < best - progress;
+        if self.nearest_m.is_none() || has_progressed {
+            self.nearest_m = Some(target.distance_m);
+            self.stuck_ms = 0;
+        } else {
+            self.stuck_ms = self.stuck_ms.saturating_add(elapsed_ms);
+        }
+        if let Some(following) = &mut self.following {
+            if has_progressed && is_free(p, target, detections) {
+                self.following = None;
+                return target;
+            }
+            return following.along(p, target, detections, elapsed_ms);
+        }
+        // What can be seen can be driven to: a robot that is fine-positioning at a checkpoint needs no detour.
+        if self.stuck_ms < p.patience_ms || is_free(p, target, detections) {
+            return target;
+        }
+        let Some(wall) = nearest(detections.iter().copied()) else { return target };
+        // The side on which the target lies of the wall is the shorter way round, as far as can be seen.
+        let turn = angle_between(wall.bearing_rad, target.bearing_rad);
+        let side = if turn < S::ZERO { -S::ONE } else { S::ONE };
+        let mut following = Following { side, wall, elapsed_ms: 0, give_up_ms: u32::from(p.side_ms) };
+        let place = following.along(p, target, detections, 0);
+        self.following = Some(following);
+        place
+    }
+
+    /// A wall is being followed.
+    #[must_use]
+    pub fn is_following(&self) -> bool {
+        self.following.is_some()
+    }
+
+    /// Starts afresh, as for a new target.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// No obstacle hides the target.
+fn is_free<S: Scalar>(p: &DetourParameters<S>, target: Polar<S>, detections: &[Polar<S>]) -> bool {
+    let hides = |obstacle: &Polar<S>| {
+        angle_between(obstacle.bearing_rad, target.bearing_rad).abs() < p.free_rad
+            && obstacle.distance_m < p.free_m.min(target.distance_m)
+    };
+    !detections.iter().any(hides)
+}
+
+impl<S: Scalar> Following<S> {
+    /// The nearest detection on the side where the wall is kept, or nearly ahead. In a doorway the far post may be the
+    /// nearest of all; to follow it would lead back out.
+    fn nearest_aside(&self, detections: &[Polar<S>]) -> Option<Polar<S>> {
+        let quarter_turn = S::PI * S::HALF;
+        let limit = quarter_turn + S::from_f32(0.3);
+        let aside = |obstacle: &Polar<S>| {
+            angle_between(-(self.side * quarter_turn), obstacle.bearing_rad).abs() < limit
+        };
+        nearest(detections.iter().copied().filter(aside))
+    }
+
+    /// A place along the wall: at right angles to it, leaning towards it where it is farther than wished.
+    fn along(
+        &mut self,
+        p: &DetourParameters<S>,
+        target: Polar<S>,
+        detections: &[Polar<S>],
+        elapsed_ms: u16,
+    ) -> Polar<S> {
+        self.elapsed_ms = self.elapsed_ms.saturating_add(u32::from(elapsed_ms));
+        if self.elapsed_ms >= self.give_up_ms {
+            self.side = -self.side;
+            self.elapsed_ms = 0;
+            self.give_up_ms = self.give_up_ms.saturating_mul(2);
+        }
+        if let Some(wall) = self.nearest_aside(detections) {
+            self.wall = wall;
+        }
+        let farther = ((self.wall.distance_m - p.follow_m) * p.per_follow).clamp(-S::ONE, S::ONE);
+        let quarter_turn = S::PI * S::HALF;
+        let bearing = self.wall.bearing_rad + self.side * (quarter_turn - farther * S::HALF);
+        // As far as the target is, within reason: a far place is driven to at full speed.
+        Polar { bearing_rad: wrap(bearing), distance_m: target.distance_m.max(p.free_m + p.free_m) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Detour, DetourParameters};
+    use crate::scalar::{Fixed, Scalar};
+    use crate::units::Polar;
+
+    fn parameters<S: Scalar>() -> DetourParameters<S> {
+        let s = S::from_f32;
+        DetourParameters {
+            patience_ms: 1000,
+            progress_m: s(0.01),
+            follow_m: s(0.05),
+            per_follow: s(20.0),
+            free_rad: s(0.4),
+            free_m: s(0.12),
+            side_ms: 4000,
+        }
+    }
+
+    fn polar<S: Scalar>(bearing: f32, distance: f32) -> Polar<S> {
+        Polar { bearing_rad: S::from_f32(bearing), distance_m: S::from_f32(distance) }
+    }
+
+    fn check<S: Scalar>() {
+        let p = parameters::<S>();
+        let mut detour = Detour::<S>::default();
+        let ahead = polar(0.0, 0.5);
+        let wall = [polar(-0.1, 0.05)];
+        for _ in 0..5 {
+            assert_eq!(detour.direct(&p, ahead, &wall, 200), ahead, "patient");
+        }
+        let along = detour.direct(&p, ahead, &wall, 200);
+        assert!(detour.is_following());
+        assert!(
+            (along.bearing_rad.to_f32() - (core::f32::consts::FRAC_PI_2 - 0.1)).abs() < 1e-3,
+            "{along:?}"
+        );
+        // Nearer than ever, but hidden: it goes on.
+        let nearer = polar(-0.1, 0.3);
+        detour.direct(&p, nearer, &wall, 200);
+        assert!(detour.is_following());
+        // Nearer still, and free.
+        let free = polar(1.5, 0.2);
+        assert_eq!(detour.direct(&p, free, &wall, 200), free);
+        assert!(!detour.is_following());
+    }
+
+    #[test]
+    fn follows_the_wall_until_nearer_than_ever_and_free() {
+        check::<f32>();
+        check::<Fixed>();
+    }
+
+    #[test]
+    fn a_side_that_leads_nowhere_is_given_up() {
+        let p = parameters::<f32>();
+        let mut detour = Detour::default();
+        let (ahead, wall) = (polar(0.0, 0.5), [polar(-0.1, 0.05)]);
+        let sides: heapless::Vec<bool, 128> =
+            (0..80).map(|_| detour.direct(&p, ahead, &wall, 200).bearing_rad > 0.1).collect();
+        let flips = sides.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        assert_eq!(flips, 3, "begins, then changes after 4 s and after 8 s more");
+    }
+}
