@@ -5,7 +5,7 @@
 //!
 //! "Measured" in a reason means the experiments of `host_sim`; "prototype" an earlier throw-away simulator.
 
-use crate::baseline::braitenberg::Wiring;
+use crate::baseline::braitenberg::{AvoidanceParameters, Wiring};
 use crate::integration::neural::NeuralParameters;
 use crate::integration::sweep::SweepParameters;
 use crate::kohonen::features::Scaling;
@@ -241,6 +241,10 @@ pub struct FusionConfig {
     pub target_share: f32,
     /// Z.
     pub wiring: WiringKind,
+    /// Factor on Z.
+    pub avoidance_gain: f32,
+    /// Obstacles farther than this beyond the body are not avoided.
+    pub avoidance_range_m: f32,
 }
 
 /// Limits after which the wheels stop, see [`crate::safety`].
@@ -385,7 +389,13 @@ impl Default for CooperativeConfig {
 
 impl Default for FusionConfig {
     fn default() -> Self {
-        Self { target_share: 0.5, wiring: WiringKind::Symmetric }
+        // Drawn at random for the three figures of P1, which command fusion is the architecture of; see docs/numbers.md.
+        Self {
+            target_share: 0.42,
+            wiring: WiringKind::Symmetric,
+            avoidance_gain: 4.85,
+            avoidance_range_m: 0.039,
+        }
     }
 }
 
@@ -461,7 +471,11 @@ impl Config {
             stall_share in 0.0, 1.0 => "between 0 and 1";
             stall_ms in 1.0, 60_000.0 => "between 1 and 60,000 ms";
         }
-        check_fields! { self.fusion, "fusion": target_share in 0.0, 1.0 => "between 0 and 1"; }
+        check_fields! { self.fusion, "fusion":
+            target_share in 0.0, 1.0 => "between 0 and 1";
+            avoidance_gain in 0.0, 1000.0 => "between 0 and 1000";
+            avoidance_range_m in 1e-3, 20.0 => "between 1 mm and 20 m";
+        }
         let way = self.robot.speed_limit_mps;
         within(
             "servo.free_speed_mps",
@@ -592,6 +606,11 @@ impl Config {
             wiring: match self.fusion.wiring {
                 WiringKind::Symmetric => Wiring::symmetric(),
                 WiringKind::Asymmetric => Wiring::asymmetric(),
+            },
+            avoidance: AvoidanceParameters {
+                range_m: s(self.fusion.avoidance_range_m.min(robot.sensor_range_m)),
+                per_range: s(1.0 / self.fusion.avoidance_range_m),
+                gain: s(self.fusion.avoidance_gain),
             },
             target_share: s(self.fusion.target_share),
             scan_age_max_ms: self.safety.scan_age_max_ms,
@@ -742,6 +761,8 @@ pub struct Parameters<S, const SENSORS: usize> {
     pub detour: DetourParameters<S>,
     /// Z of Eq. 9.
     pub wiring: Wiring<S, SENSORS>,
+    /// How Z is applied.
+    pub avoidance: AvoidanceParameters<S>,
     /// β of Eq. 10.
     pub target_share: S,
     /// Oldest scan to drive on.

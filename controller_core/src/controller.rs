@@ -272,7 +272,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     /// Obstacle avoidance: the latched scan renews the obstacle fields (P2), or the avoiding command (P1).
     pub fn avoid(&mut self, p: &Parameters<S, SENSORS>, now: Tick) {
         if p.architecture == Architecture::Fusion {
-            self.standing.avoidance = p.wiring.avoid(&p.proximity, &self.scan.value);
+            self.standing.avoidance = p.wiring.avoid(&p.avoidance, &self.scan.value);
             return;
         }
         let pose = self.pose(p);

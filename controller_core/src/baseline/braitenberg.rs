@@ -1,15 +1,27 @@
 //! Obstacle avoidance as a Braitenberg vehicle of type 3C: `c_o = Z u_o` (P1 Eq. 9).
 //!
-//! `u_o` is how near each sensor sees something, 0 at its range and 1 at the body. Forward-facing sensors of one side
+//! `u_o` is how near each sensor sees something, 0 at the avoidance range and 1 at the body. Forward-facing sensors of one side
 //! act on the motor of the *other* side with large negative weights, all other elements are small and positive (P1,
 //! section 2.4), so that an obstacle in front on the left turns the robot right.
 //!
-//! *Open in the papers*: the elements of Z. [`Wiring::symmetric`] is the literal reading;
+//! *Open in the papers*: the elements of Z, and from where on an obstacle counts (the Khepera's own sensors see a few
+//! centimetres). [`Wiring::symmetric`] is the literal reading;
 //! [`Wiring::asymmetric`] breaks the tie of an obstacle straight ahead by turning on the spot.
 
 use crate::kohonen::features::Command;
 use crate::scalar::Scalar;
-use crate::sensing::proximity::{ProximityParameters, Scan, sensor_bearing};
+use crate::sensing::proximity::{Scan, sensor_bearing};
+
+/// How strongly and from where on the vehicle avoids.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AvoidanceParameters<S> {
+    /// Obstacles farther than this beyond the body do not count (m).
+    pub range_m: S,
+    /// 1 / range (per m).
+    pub per_range: S,
+    /// Factor on Z.
+    pub gain: S,
+}
 
 /// The matrix Z, per sensor the effect on the left and on the right motor, in units of c*.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,17 +77,15 @@ impl<S: Scalar, const SENSORS: usize> Wiring<S, SENSORS> {
         Self::from_effects((-0.3, 0.15), -0.3, 0.2, 0.02)
     }
 
-    /// The command `c_o` for a scan; `None` where nothing is seen.
+    /// The command `c_o` for a scan; `None` where nothing is near enough to avoid.
     #[must_use]
-    pub fn avoid(&self, proximity: &ProximityParameters<S>, scan: &Scan<S, SENSORS>) -> Option<Command<S>> {
-        // Gains of the wiring are per sensor at half nearness; 2/SENSORS would weaken rings with more sensors.
-        let gain = S::from_f32(4.0);
+    pub fn avoid(&self, p: &AvoidanceParameters<S>, scan: &Scan<S, SENSORS>) -> Option<Command<S>> {
         let mut command = Command { left: S::ZERO, right: S::ZERO };
         let mut seen = false;
         for (range, effect) in scan.range_m.iter().zip(&self.effect) {
-            let Some(range) = range.filter(|range| *range < proximity.range_m) else { continue };
+            let Some(range) = range.filter(|range| *range < p.range_m) else { continue };
             seen = true;
-            let nearness = (S::ONE - range.max(S::ZERO) / proximity.range_m) * gain;
+            let nearness = (S::ONE - range.max(S::ZERO) * p.per_range) * p.gain;
             command.left += nearness * effect.left;
             command.right += nearness * effect.right;
         }
@@ -85,13 +95,13 @@ impl<S: Scalar, const SENSORS: usize> Wiring<S, SENSORS> {
 
 #[cfg(test)]
 mod tests {
-    use super::Wiring;
+    use super::{AvoidanceParameters, Wiring};
     use crate::scalar::{Fixed, Scalar};
-    use crate::sensing::proximity::{ProximityParameters, Scan};
+    use crate::sensing::proximity::Scan;
 
     fn check<S: Scalar>() {
         let s = S::from_f32;
-        let p = ProximityParameters { body_radius_m: s(0.025), range_m: s(0.175) };
+        let p = AvoidanceParameters { range_m: s(0.175), per_range: s(1.0 / 0.175), gain: s(4.0) };
         let seeing = |sensor: usize| {
             let mut scan = Scan::<S, 12>::EMPTY;
             scan.range_m[sensor] = Some(s(0.05));
