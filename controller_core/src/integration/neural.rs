@@ -12,7 +12,7 @@
 //!   of their way, until the best of those judged beats all others unjudged. The result is that of judging all
 //!   225; usually fewer than ten are.
 
-use crate::kohonen::features::{Command, Features, Scaling};
+use crate::kohonen::features::{Command, Scaling};
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::{Eligible, Map};
 use crate::kohonen::output::Output;
@@ -48,47 +48,46 @@ pub struct Decision<S> {
     pub judged: u16,
 }
 
-/// Where a candidate's command would take the robot.
-fn place_of<S: Scalar>(scaling: &Scaling<S>, features: Features<S>) -> Polar<S> {
-    scaling.place(features)
-}
+/// `e_i` of every neuron; what is untrained or already judged counts as [`OUT`].
+struct Activities<S: Scalar, const COLUMNS: usize, const ROWS: usize>([[S::Weight; ROWS]; COLUMNS]);
 
-/// The neurons that have been judged: one bit each, like the map's.
-struct Judged<const COLUMNS: usize>([u32; COLUMNS]);
+/// Below any activity: inhibition saturates at −8 in 16 bits.
+const OUT: i32 = -8;
 
-impl<const COLUMNS: usize> Judged<COLUMNS> {
-    fn contains(&self, index: NeuronIndex) -> bool {
-        self.0[usize::from(index.column)] >> index.row & 1 == 1
-    }
-
-    fn insert(&mut self, index: NeuronIndex) {
-        self.0[usize::from(index.column)] |= 1 << index.row;
-    }
-}
-
-/// The best neuron that has not been judged: largest `e_i`, ties to the lower index.
-fn best_unjudged<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>(
-    map: &Map<S, O, COLUMNS, ROWS>,
-    parameters: &NeuralParameters<S>,
-    target: &TargetField<S>,
-    obstacles: &ObstacleField<S, COLUMNS, ROWS, SENSORS>,
-    judged: &Judged<COLUMNS>,
-) -> Option<(NeuronIndex, Features<S>, S)> {
-    let mut best: Option<(NeuronIndex, Features<S>, S)> = None;
-    for (index, place) in map.places(Eligible::Trained) {
-        let inhibition = obstacles.inhibition(index);
-        // e_i ≤ A − Σb: most neurons lose without their Gaussian being computed.
-        if best.is_some_and(|(_, _, e)| parameters.target.amplitude - inhibition <= e)
-            || judged.contains(index)
-        {
-            continue;
+impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> Activities<S, COLUMNS, ROWS> {
+    fn new<O: Output<S>, const SENSORS: usize>(
+        map: &Map<S, O, COLUMNS, ROWS>,
+        parameters: &NeuralParameters<S>,
+        target: &TargetField<S>,
+        obstacles: &ObstacleField<S, COLUMNS, ROWS, SENSORS>,
+    ) -> Self {
+        let out = S::from_i32(OUT);
+        let mut activities = [[out.to_weight(); ROWS]; COLUMNS];
+        for (index, place) in map.places(Eligible::Trained) {
+            let e = target.activity(&parameters.target, place) - obstacles.inhibition(index);
+            activities[usize::from(index.column)][usize::from(index.row)] = e.max(out).to_weight();
         }
-        let e = target.activity(&parameters.target, place) - inhibition;
-        if best.is_none_or(|(_, _, most)| e > most) {
-            best = Some((index, place, e));
-        }
+        Self(activities)
     }
-    best
+
+    /// Takes out the neuron with the largest activity, ties to the lower index.
+    fn pop_best(&mut self) -> Option<(NeuronIndex, S)> {
+        let mut best = (0, 0, S::from_i32(OUT));
+        for (column, activities) in self.0.iter().enumerate() {
+            for (row, &stored) in activities.iter().enumerate() {
+                let e = S::from_weight(stored);
+                if e > best.2 {
+                    best = (column, row, e);
+                }
+            }
+        }
+        let (column, row, e) = best;
+        if e <= S::from_i32(OUT) {
+            return None;
+        }
+        self.0[column][row] = S::from_i32(OUT).to_weight();
+        Some((NeuronIndex::new(column, row), e))
+    }
 }
 
 /// Chooses the command; `sweep` gives the further inhibition of a way. `None` while nothing is trained.
@@ -106,19 +105,18 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
     if parameters.target_competes {
         let e = parameters.target.amplitude
             - obstacles.at(&parameters.obstacle, target.aim)
-            - sweep(place_of(scaling, target.aim));
+            - sweep(scaling.place(target.aim));
         count += 1;
         let command = command_of(map, reaching.beyond, target.winner, target.aim);
         best = Some(Decision { command, winner: target.winner, activity: e, is_target: true, judged: count });
     }
-    let mut judged = Judged([0; COLUMNS]);
-    while let Some((index, place, e)) = best_unjudged(map, parameters, target, obstacles, &judged) {
+    let mut activities = Activities::new(map, parameters, target, obstacles);
+    while let Some((index, e)) = activities.pop_best() {
         if best.is_some_and(|decision| decision.activity >= e) {
             break;
         }
-        judged.insert(index);
         count += 1;
-        let activity = e - sweep(place_of(scaling, place));
+        let activity = e - sweep(scaling.place(map.place(index)));
         if best.is_none_or(|decision| activity > decision.activity) {
             let is_target = index == target.winner && !parameters.target_competes;
             let command = if is_target {

@@ -44,10 +44,9 @@ pub struct ObstacleFieldParameters<S> {
 /// exp(−16) is a ten-millionth: a field that weak decides nothing, so its exponential is not computed.
 const NEGLIGIBLE_EXPONENT: i32 = 16;
 
-/// The activity that one obstacle at `centre` gives to a place (P2 Eq. 6, 7).
+/// The activity that one obstacle at `centre` gives to an unfolded place (P2 Eq. 6, 7).
 #[must_use]
 pub fn activity<S: Scalar>(p: &ObstacleFieldParameters<S>, centre: Features<S>, place: Features<S>) -> S {
-    let place = place.unfolded();
     let bearing = angle_between(centre.bearing, place.bearing) * p.bearing_steepness;
     let across = bearing * bearing;
     if across > S::from_i32(NEGLIGIBLE_EXPONENT) {
@@ -109,6 +108,7 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>
     /// `Σ_j b_j` at any place.
     #[must_use]
     pub fn at(&self, p: &ObstacleFieldParameters<S>, place: Features<S>) -> S {
+        let place = place.unfolded();
         self.centres.iter().fold(S::ZERO, |sum, &centre| sum + activity(p, centre, place))
     }
 
