@@ -185,6 +185,9 @@ pub struct CooperativeConfig {
     pub target_bearing_sigma_rad: f32,
     /// `σ_ad`, much smaller (P2).
     pub target_distance_sigma_m: f32,
+    /// From this share of the reach on a target is far (see `reaching.far_share`) and its field is centred here: the robot
+    /// cruises at this share of c*. 0 is the literal form, in which the outermost neurons win.
+    pub cruise_share: f32,
     /// `σ_bα`.
     pub obstacle_bearing_sigma_rad: f32,
     /// `σ_bd` behind an obstacle; P2: 3.5.
@@ -347,7 +350,7 @@ impl Default for ReachingConfig {
             bearing_tolerance_rad: 0.1,
             bearing_weight: 1.0,
             distance_weight: 1.0,
-            far_share: 0.5,
+            far_share: 0.92,
             beyond: Beyond::NearerOnBearing,
             checkpoint_tolerance_m: 0.004,
             goal_tolerance_m: 0.001,
@@ -363,6 +366,7 @@ impl Default for CooperativeConfig {
             target_amplitude: 0.106,
             target_bearing_sigma_rad: 2.48,
             target_distance_sigma_m: 0.012,
+            cruise_share: 0.5,
             obstacle_bearing_sigma_rad: 0.144,
             obstacle_behind_sigma_m: 2.5,
             obstacle_front_sigma_m: 0.0062,
@@ -424,6 +428,11 @@ impl core::fmt::Display for ConfigError {
 }
 
 impl core::error::Error for ConfigError {}
+
+/// A share where there is one; 0 switches it off.
+fn positive<S: Scalar>(share: f32) -> Option<S> {
+    (share > 0.0).then(|| S::from_f32(share))
+}
 
 /// `Ok` where the value is a number within `low..=high`.
 fn within(
@@ -513,6 +522,7 @@ impl Config {
             target_amplitude in 1e-5, 100.0 => "between 0.00001 and 100";
             target_bearing_sigma_rad in 0.01, 100.0 => "between 0.01 and 100 rad";
             target_distance_sigma_m in 1e-3, 100.0 => "between 1 mm and 100 m";
+            cruise_share in 0.0, 100.0 => "0 (literal) or a positive share of the reach";
             obstacle_bearing_sigma_rad in 0.01, 100.0 => "between 0.01 and 100 rad";
             obstacle_behind_sigma_m in 1e-3, 100.0 => "between 1 mm and 100 m";
             obstacle_front_sigma_m in 1e-3, 100.0 => "between 1 mm and 100 m";
@@ -659,7 +669,7 @@ impl Config {
     fn reaching_parameters<S: Scalar>(&self) -> ReachingParameters<S> {
         let r = &self.reaching;
         ReachingParameters {
-            far: (r.far_share > 0.0).then(|| S::from_f32(r.far_share)),
+            far: positive(r.far_share),
             beyond: r.beyond,
             winner: WinnerParameters {
                 bearing_tolerance: S::from_f32(r.bearing_tolerance_rad),
@@ -678,6 +688,7 @@ impl Config {
                 amplitude: S::from_f32(c.target_amplitude),
                 bearing_steepness: steepness(c.target_bearing_sigma_rad),
                 distance_steepness: steepness(c.target_distance_sigma_m / reach_m),
+                far: positive(c.cruise_share),
             },
             obstacle: ObstacleFieldParameters {
                 bearing_steepness: steepness(c.obstacle_bearing_sigma_rad),

@@ -314,7 +314,12 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
                     let detections = detections(&p.proximity, &self.scan.value);
                     let place =
                         self.detour.direct(&p.detour, target, &detections, p.schedule.target_period_ms);
-                    TargetField::localise(&self.map, &p.reaching, p.scaling.features(place))
+                    TargetField::localise(
+                        &self.map,
+                        &p.neural.target,
+                        &p.reaching.winner,
+                        p.scaling.features(place),
+                    )
                 });
                 self.standing.target = Stamped::new(field, now);
             }

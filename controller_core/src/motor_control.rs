@@ -29,7 +29,7 @@ pub enum Beyond {
 /// The numbers of motor control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReachingParameters<S> {
-    /// From this distance (features) on the target counts as far; no limit in the literal form.
+    /// From this distance (features) on the target of P1's target reaching counts as far.
     pub far: Option<S>,
     /// What to do beyond c*.
     pub beyond: Beyond,
@@ -37,11 +37,12 @@ pub struct ReachingParameters<S> {
     pub winner: WinnerParameters<S>,
 }
 
-/// The place that the map is asked for, given where the target is (distance ≥ 0, bearing of the full circle).
+/// The place that the map is asked for, given where the target is (distance ≥ 0, bearing of the full circle) and from
+/// which distance on it is far; no limit in the literal form.
 #[must_use]
-pub fn aim<S: Scalar>(parameters: &ReachingParameters<S>, target: Features<S>) -> Features<S> {
+pub fn aim<S: Scalar>(far: Option<S>, target: Features<S>) -> Features<S> {
     let is_behind = target.bearing.abs() > S::PI * S::HALF;
-    match parameters.far {
+    match far {
         Some(far) if target.distance > far => Features { bearing: target.bearing * S::HALF, distance: far },
         _ if !is_behind => target,
         _ if target.distance <= S::from_f32(BEHIND_SHARE) => target.folded(),
@@ -78,7 +79,7 @@ pub fn reach<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     parameters: &ReachingParameters<S>,
     target: Features<S>,
 ) -> Option<(NeuronIndex, Command<S>)> {
-    let place = aim(parameters, target);
+    let place = aim(parameters.far, target);
     let k = map.winner(&parameters.winner, place, Eligible::Trained)?;
     Some((k, command_of(map, parameters.beyond, k, place)))
 }

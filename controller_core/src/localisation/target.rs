@@ -6,9 +6,9 @@
 
 use crate::kohonen::features::Features;
 use crate::kohonen::lattice::NeuronIndex;
-use crate::kohonen::map::{Eligible, Map};
+use crate::kohonen::map::{Eligible, Map, WinnerParameters};
 use crate::kohonen::output::Output;
-use crate::motor_control::{ReachingParameters, aim};
+use crate::motor_control::aim;
 use crate::scalar::Scalar;
 use crate::units::angle_between;
 
@@ -21,6 +21,9 @@ pub struct TargetFieldParameters<S> {
     pub bearing_steepness: S,
     /// 1 / (√2 `σ_ad`), per reach.
     pub distance_steepness: S,
+    /// From this distance (features) on the target counts as far. It is also where the field of a far target is centred,
+    /// and so the speed at which the robot cruises.
+    pub far: Option<S>,
 }
 
 /// The target field: its centre stands for all of it, since every `a_i` follows from it.
@@ -41,11 +44,12 @@ impl<S: Scalar> TargetField<S> {
     #[must_use]
     pub fn localise<O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
         map: &Map<S, O, COLUMNS, ROWS>,
-        reaching: &ReachingParameters<S>,
+        p: &TargetFieldParameters<S>,
+        winner: &WinnerParameters<S>,
         target: Features<S>,
     ) -> Option<Self> {
-        let aim = aim(reaching, target);
-        let winner = map.winner(&reaching.winner, aim, Eligible::Trained)?;
+        let aim = aim(p.far, target);
+        let winner = map.winner(winner, aim, Eligible::Trained)?;
         Some(Self { target, aim, winner, centre: map.place(winner) })
     }
 
