@@ -153,9 +153,9 @@ pub struct LearningConfig {
 pub struct ReachingConfig {
     /// How many neurons A(α) admits beyond the closest bearing.
     pub bearing_tolerance_rad: f32,
-    /// γ_α of Eq. 3, per rad².
+    /// `γ_α` of Eq. 3, per rad².
     pub bearing_weight: f32,
-    /// γ_d of Eq. 3, per squared reach.
+    /// `γ_d` of Eq. 3, per squared reach.
     pub distance_weight: f32,
     /// From this share of the reach on a target is far and aimed at by half its bearing; 0 is the paper's literal form.
     pub far_share: f32,
@@ -180,15 +180,15 @@ pub struct CooperativeConfig {
     /// Peak of the target field against an obstacle field's 1. The hidden key of P2: with equal peaks the robot
     /// drives into what it wants to go around.
     pub target_amplitude: f32,
-    /// σ_aα.
+    /// `σ_aα`.
     pub target_bearing_sigma_rad: f32,
-    /// σ_ad, much smaller (P2).
+    /// `σ_ad`, much smaller (P2).
     pub target_distance_sigma_m: f32,
-    /// σ_bα.
+    /// `σ_bα`.
     pub obstacle_bearing_sigma_rad: f32,
-    /// σ_bd behind an obstacle; P2: 3.5.
+    /// `σ_bd` behind an obstacle; P2: 3.5.
     pub obstacle_behind_sigma_m: f32,
-    /// σ_bd in front of an obstacle; P2: 0.035.
+    /// `σ_bd` in front of an obstacle; P2: 0.035.
     pub obstacle_front_sigma_m: f32,
     /// Where obstacle fields are centred.
     pub obstacle_centre: FieldCentre,

@@ -26,6 +26,11 @@
 //! holds the middle of every gap, so what is missed are doors that are wide enough by less than about a
 //! quarter of a raster cell. The outcome depends on the arguments only: ties go to the lower index.
 //!
+//! # What does not
+//! The way is not proven shortest: the search prices a way by its bends at passage ends and cores, and may pick the
+//! wrong side of an obstacle. On 209 random worlds it was at most 1.5 % longer than a lattice search with 32
+//! directions in 95 %, and 13 % in the worst one.
+//!
 //! # Open in the papers, and we chose
 //! - How the workspace is cut: into column pieces with a common band, which are fewer than rectangles.
 //! - What makes a passage passable: the disc fits, tested on the raster.
@@ -233,6 +238,10 @@ fn lattice_index(value: i32) -> u16 {
 
 /// The planner with its scratch memory; what it holds between two plans is of no consequence.
 ///
+/// It takes 22 bytes per cell and 46 per passage (7.3 kB for 64 and 128), and on a 512 × 512 raster 10 to 60 ms of
+/// a desktop core, the more the fuller the map. Random worlds had about one cell per obstacle and somewhat more
+/// passages than cells.
+///
 /// ```
 /// use controller_core::planning::{BitGrid, Footprint, Planner};
 /// use controller_core::units::Point;
@@ -240,7 +249,7 @@ fn lattice_index(value: i32) -> u16 {
 /// // A room of 0.32 m x 0.32 m, rasterised at 10 mm.
 /// let room = BitGrid::<32>::new(32, 32, 0.01, (0.0, 0.0)).unwrap();
 /// let robot = Footprint::new(0.025, 0.005).unwrap();
-/// let (start, goal) = (Point::from_metres(0.05, 0.05), Point::from_metres(0.25_f32, 0.2));
+/// let (start, goal) = (Point::<f32>::from_metres(0.05, 0.05), Point::from_metres(0.25, 0.2));
 /// let plan = Planner::<8, 8>::new().plan::<_, _, 4>(&room, &robot, start, goal).unwrap();
 /// assert_eq!(plan.as_slice(), [goal]);
 /// ```

@@ -128,7 +128,15 @@ pub trait Scalar:
 mod tests {
     extern crate std;
 
+    use core::f64::consts::{PI, TAU};
+
     use super::{Fixed, Scalar};
+
+    /// The nearest value of the scalar.
+    #[allow(clippy::cast_possible_truncation, reason = "rounding to the nearest f32 is what is wanted")]
+    fn scalar<S: Scalar>(value: f64) -> S {
+        S::from_f32(value as f32)
+    }
 
     /// Largest |approximation − exact| of `f` over `steps` + 1 evenly spaced arguments in `low..=high`.
     fn max_error<S: Scalar>(
@@ -139,14 +147,14 @@ mod tests {
         let steps = 20_000_u32;
         (0..=steps)
             .map(|i| {
-                let x = S::from_f32((low + (high - low) * f64::from(i) / f64::from(steps)) as f32);
+                let x = scalar::<S>(low + (high - low) * f64::from(i) / f64::from(steps));
                 (f64::from(approximation(x).to_f32()) - exact(f64::from(x.to_f32()))).abs()
             })
             .fold(0.0, f64::max)
     }
 
     fn check_functions<S: Scalar>(sin_cos: f64, atan2: f64, exp: f64, sqrt: f64) {
-        let turn = (-6.283, 6.283);
+        let turn = (-TAU, TAU);
         let e = max_error::<S>(turn, f64::sin, |x| x.sin_cos().0);
         assert!(e <= sin_cos, "{} sin: {e:e}", S::NAME);
         let e = max_error::<S>(turn, f64::cos, |x| x.sin_cos().1);
@@ -156,10 +164,10 @@ mod tests {
         let e = max_error::<S>((0.0, 100.0), f64::sqrt, S::sqrt);
         assert!(e <= sqrt, "{} sqrt: {e:e}", S::NAME);
         for i in 0..1000_i32 {
-            let angle = -3.14 + 6.28 * f64::from(i) / 1000.0;
+            let angle = 0.999 * (TAU * f64::from(i) / 1000.0 - PI);
             for radius in [0.01, 0.2, 3.0] {
-                let x = S::from_f32((radius * angle.cos()) as f32);
-                let y = S::from_f32((radius * angle.sin()) as f32);
+                let x = scalar::<S>(radius * angle.cos());
+                let y = scalar::<S>(radius * angle.sin());
                 let exact = f64::from(y.to_f32()).atan2(f64::from(x.to_f32()));
                 let error = (f64::from(S::atan2(y, x).to_f32()) - exact).abs();
                 // A short vector in fixed point has a coarse angle of its own; the bound is for the function.

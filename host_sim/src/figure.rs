@@ -21,6 +21,9 @@ const OUTLINE_PERIOD_S: f64 = 1.0;
 /// With more paths than this, outlines would hide each other.
 const OUTLINED_PATHS_MAX: usize = 2;
 
+/// A label needs this much of the picture's width.
+const LABEL_ROOM: f64 = 110.0;
+
 const KNOWN: &str = "#1a1a1a";
 const UNFORESEEN: &str = "#9a9a9a";
 const MOVING: &str = "#e07b00";
@@ -105,7 +108,8 @@ fn draw_solid(canvas: &Canvas, solid: &Solid) -> Group {
 /// What is there only for a time is drawn as an outline: it is not there for all of the path.
 fn style_solid(group: Group, window: Window, colour: &'static str) -> Group {
     if window == Window::ALWAYS {
-        return group.set("fill", colour);
+        // The thin edge closes the hairline that renderers leave between walls that meet.
+        return group.set("fill", colour).set("stroke", colour).set("stroke-width", 0.6);
     }
     let group = group.set("fill", colour).set("stroke", colour).set("stroke-width", 1.5);
     if window.from_s > 0.0 {
@@ -197,22 +201,28 @@ fn draw_checkpoints(canvas: &Canvas, mut document: Document, scenario: &Scenario
         let dot = Circle::new().set("cx", decimal(place.x)).set("cy", decimal(place.y)).set("r", 4.5);
         document = document
             .add(dot.set("fill", CHECKPOINT).set("stroke", "#ffffff").set("stroke-width", 1))
-            .add(label_at(place, &label));
+            .add(label_at(canvas, place, &label));
     }
     for replacement in &scenario.replacements {
         let place = canvas.place(replacement.to);
         let corner = |x: f64, y: f64| format!("{},{}", decimal(place.x + x), decimal(place.y + y));
         let corners = [corner(0.0, -7.0), corner(6.5, 5.0), corner(-6.5, 5.0)].join(" ");
         let triangle = Polygon::new().set("points", corners).set("fill", CHECKPOINT).set("stroke", "#ffffff");
-        document =
-            document.add(triangle).add(label_at(place, &format!("{} new", replacement.checkpoint + 1)));
+        document = document.add(triangle).add(label_at(
+            canvas,
+            place,
+            &format!("{} new", replacement.checkpoint + 1),
+        ));
     }
     document
 }
 
-/// A label beside a mark, with a white edge so that it can be read on a wall.
-fn label_at(place: Point2<f64>, label: &str) -> svg::node::element::Text {
-    text(place + Vector2::new(9.0, -8.0), 15.0, label)
+/// A label above a mark, on the side away from the picture's edge, with a white edge so that it can be read on a wall.
+fn label_at(canvas: &Canvas, place: Point2<f64>, label: &str) -> svg::node::element::Text {
+    let (_, right) = canvas.sides();
+    let (aside, anchor) = if place.x > right - LABEL_ROOM { (-9.0, "end") } else { (9.0, "start") };
+    text(place + Vector2::new(aside, -8.0), 15.0, label)
+        .set("text-anchor", anchor)
         .set("fill", CHECKPOINT)
         .set("font-weight", "bold")
         .set("stroke", "#ffffff")

@@ -181,7 +181,7 @@ fn touches(segment: &Segment, cell: &Bounds) -> bool {
     reason = "the range is checked, and within it the value of a whole float is kept exactly"
 )]
 fn whole(value: f64) -> Option<u16> {
-    (0.0..=SIDE_MAX).contains(&value).then(|| value as u16)
+    if (0.0..=SIDE_MAX).contains(&value) { Some(value as u16) } else { None }
 }
 
 /// The nearest single-precision number; coordinates of a room are far from its limits.

@@ -1,7 +1,7 @@
 //! An experiment as a file: the world, where the robot starts, where it shall go, and what disturbs it.
 //!
 //! A file is TOML, in metres, degrees and seconds; `scenarios/*.toml` of this crate are built in and are the best
-//! description of the format. It is read in two steps: [`raw`] takes the text apart, [`check`] believes nothing of it.
+//! description of the format. It is read in two steps: `raw` takes the text apart, `check` believes nothing of it.
 //! What comes out is a [`Scenario`] that can be run: every number is finite, every shape has a size, and the robot, the
 //! checkpoints and the movers stand clear of the walls.
 //!

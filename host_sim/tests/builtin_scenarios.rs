@@ -1,13 +1,13 @@
 //! The built-in scenarios: each is sound, its goals can be reached, and its sizes are those that its comments claim.
 
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 
 use host_sim::beam::Beam;
-use host_sim::geometry::Bounds;
+use host_sim::geometry::{Bounds, Disc, Polygon};
 use host_sim::mover::Direction;
-use host_sim::scenario::{ControllerKind, Route, Scenario, Trigger};
+use host_sim::scenario::{ControllerKind, Route, Scenario, Shape, Solid, Trigger};
 use host_sim::world::{KHEPERA_RADIUS_M, World};
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 /// Step of the search for a way, small against the narrowest passage's spare width.
 const STEP_M: f64 = 0.01;
@@ -17,7 +17,7 @@ fn all() -> impl Iterator<Item = Scenario> {
 }
 
 fn load(name: &str) -> Scenario {
-    Scenario::builtin(name).unwrap()
+    Scenario::builtin(name).expect("a built-in scenario")
 }
 
 fn without_movers(scenario: &Scenario) -> World {
@@ -28,8 +28,8 @@ fn without_movers(scenario: &Scenario) -> World {
 fn way_exists(world: &World, t_s: f64, from: Point2<f64>, to: Point2<f64>) -> bool {
     let place =
         |(i, j): (i32, i32)| Point2::new(from.x + f64::from(i) * STEP_M, from.y + f64::from(j) * STEP_M);
-    let box_around = Bounds::of_points(&[from, to]).unwrap().grown(1.0);
-    let mut seen = std::collections::HashSet::from([(0, 0)]);
+    let box_around = Bounds::of_point(from).union(&Bounds::of_point(to)).grown(1.0);
+    let mut seen = HashSet::from([(0, 0)]);
     let mut queue = VecDeque::from([(0, 0)]);
     while let Some((i, j)) = queue.pop_front() {
         if (place((i, j)) - to).norm() < STEP_M {
@@ -72,7 +72,8 @@ fn p1_scenes_run_p1s_controller_and_period_and_p2_scenes_p2s() {
 fn noise_is_the_papers_in_every_scene() {
     for scenario in all() {
         let noise = scenario.noise;
-        assert_eq!([noise.sensor, noise.actuator, noise.sensor_resolution_m], [0.1, 0.1, 0.005]);
+        let found = [noise.sensor, noise.actuator, noise.sensor_resolution_m].map(|level| level.to_string());
+        assert_eq!(found, ["0.1", "0.1", "0.005"], "{}", scenario.name);
     }
 }
 
@@ -106,7 +107,7 @@ fn without_the_doorway_there_is_no_way_round_the_obstacles_of_p2_fig5() {
     let mut world = without_movers(&scenario);
     let goal = scenario.goal().unwrap();
     assert!(way_exists(&world, 0.0, scenario.start.position, goal));
-    let plug = host_sim::geometry::Disc { centre: Point2::new(0.5, 0.3), radius_m: 0.02 };
+    let plug = Disc { centre: Point2::new(0.5, 0.3), radius_m: 0.02 };
     world.permanent.discs.push(plug);
     assert!(!way_exists(&world, 0.0, scenario.start.position, goal));
 }
@@ -122,13 +123,13 @@ fn the_concave_obstacle_of_p2_fig4_is_30_cm_wide_and_20_cm_deep_and_faces_the_ro
     let scenario = load("p2_fig4");
     let bottom_m =
         scenario.world.beam_range(scenario.start.position, &Beam::new(0.0, 0.0), 1.0, 0.0).unwrap();
-    let inside = scenario.start.position + nalgebra::Vector2::new(bottom_m - 0.19, 0.0);
+    let inside = scenario.start.position + Vector2::new(bottom_m - 0.19, 0.0);
     for angle_deg in [90.0_f64, -90.0] {
         let side = scenario.world.beam_range(inside, &Beam::new(angle_deg.to_radians(), 0.0), 1.0, 0.0);
         assert!((side.unwrap() - 0.15).abs() < 1e-9);
     }
     // A centimetre further from the bottom than it is deep, the sides are gone.
-    let before = inside - nalgebra::Vector2::new(0.02, 0.0);
+    let before = inside - Vector2::new(0.02, 0.0);
     assert!(scenario.world.beam_range(before, &Beam::new(90.0_f64.to_radians(), 0.0), 0.4, 0.0).is_none());
 }
 
@@ -159,17 +160,17 @@ fn the_planner_of_p2_fig6_knows_the_rooms_and_none_of_the_obstacles() {
     }
 }
 
-fn walls(scenario: &Scenario) -> impl Iterator<Item = &host_sim::geometry::Polygon> {
+fn walls(scenario: &Scenario) -> impl Iterator<Item = &Polygon> {
     scenario.solids.iter().filter(|solid| solid.known).filter_map(|solid| match &solid.shape {
-        host_sim::scenario::Shape::Polygon(polygon) => Some(polygon),
+        Shape::Polygon(polygon) => Some(polygon),
         _ => None,
     })
 }
 
 /// The walls of the three rooms are the only rectangles along the axes.
-fn matches_wall(solid: &host_sim::scenario::Solid) -> bool {
+fn matches_wall(solid: &Solid) -> bool {
     match &solid.shape {
-        host_sim::scenario::Shape::Polygon(polygon) => polygon.edges().len() == 4,
+        Shape::Polygon(polygon) => polygon.edges().len() == 4,
         _ => false,
     }
 }

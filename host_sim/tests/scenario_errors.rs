@@ -151,6 +151,13 @@ fn numbers_that_are_not_finite_are_refused() {
 }
 
 #[test]
+fn numbers_out_of_all_proportion_are_refused() {
+    refused("time_limit_s = 60", "time_limit_s = 1e300", "time_limit_s", &["out of all proportion"]);
+    refused("start = [0.2, 0.5]", "start = [0.2, -1e200]", "robot.start", &["ordinary size"]);
+    refused("orbit_radius_m = 0.05", "orbit_radius_m = 1e-300", "movers[0].orbit_radius_m", &["too small"]);
+}
+
+#[test]
 fn sizes_must_be_positive() {
     refused("radius_m = 0.05", "radius_m = -0.05", "obstacles[1].radius_m", &["-0.05", "greater than zero"]);
     refused("radius_m = 0.05", "radius_m = 0", "obstacles[1].radius_m", &["= 0:"]);

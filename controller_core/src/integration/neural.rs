@@ -66,7 +66,7 @@ impl<const COLUMNS: usize> Judged<COLUMNS> {
     }
 }
 
-/// The best neuron that has not been judged: largest e_i, ties to the lower index.
+/// The best neuron that has not been judged: largest `e_i`, ties to the lower index.
 fn best_unjudged<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>(
     map: &Map<S, O, COLUMNS, ROWS>,
     parameters: &NeuralParameters<S>,

@@ -10,9 +10,9 @@ use crate::units::angle_between;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Neuron<W, O> {
-    /// α_i in radians.
+    /// `α_i` in radians.
     pub bearing: W,
-    /// d_i in units of the reach.
+    /// `d_i` in units of the reach.
     pub distance: W,
     /// `M_i` or `c_i`.
     pub output: O,
@@ -26,9 +26,9 @@ pub struct WinnerParameters<S> {
     /// *Open in the papers*; chosen because the exact nearest bearing alone, once the weights have left the grid,
     /// picks one neuron whatever its distance (3.6 mm and 9 % never stopping, against 1.7 mm at 0.1 rad).
     pub bearing_tolerance: S,
-    /// γ_α of Eq. 3.
+    /// `γ_α` of Eq. 3.
     pub bearing_weight: S,
-    /// γ_d of Eq. 3.
+    /// `γ_d` of Eq. 3.
     pub distance_weight: S,
 }
 

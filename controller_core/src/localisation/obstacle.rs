@@ -31,11 +31,11 @@ pub enum FieldCentre {
 /// The widths of an obstacle field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObstacleFieldParameters<S> {
-    /// 1 / (√2 σ_bα), per radian.
+    /// 1 / (√2 `σ_bα`), per radian.
     pub bearing_steepness: S,
-    /// 1 / (√2 σ_bd) for places at and beyond the obstacle, per reach.
+    /// 1 / (√2 `σ_bd`) for places at and beyond the obstacle, per reach.
     pub behind_steepness: S,
-    /// 1 / (√2 σ_bd) for places in front of the obstacle, per reach.
+    /// 1 / (√2 `σ_bd`) for places in front of the obstacle, per reach.
     pub front_steepness: S,
     /// Where the field is centred.
     pub centre: FieldCentre,
@@ -60,7 +60,7 @@ pub fn activity<S: Scalar>(p: &ObstacleFieldParameters<S>, centre: Features<S>, 
     if exponent > S::from_i32(NEGLIGIBLE_EXPONENT) { S::ZERO } else { exponent.exp_neg() }
 }
 
-/// Σ_j b_ij for every neuron i of the map, and the obstacles they came from.
+/// `Σ_j b_ij` for every neuron i of the map, and the obstacles they came from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObstacleField<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize> {
     sum: [[S::Weight; ROWS]; COLUMNS],
@@ -106,7 +106,7 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>
         }
     }
 
-    /// Σ_j b_j at any place.
+    /// `Σ_j b_j` at any place.
     #[must_use]
     pub fn at(&self, p: &ObstacleFieldParameters<S>, place: Features<S>) -> S {
         self.centres.iter().fold(S::ZERO, |sum, &centre| sum + activity(p, centre, place))

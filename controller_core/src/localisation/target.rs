@@ -17,9 +17,9 @@ use crate::units::angle_between;
 pub struct TargetFieldParameters<S> {
     /// Peak of the field against an obstacle field's 1.
     pub amplitude: S,
-    /// 1 / (√2 σ_aα), per radian.
+    /// 1 / (√2 `σ_aα`), per radian.
     pub bearing_steepness: S,
-    /// 1 / (√2 σ_ad), per reach.
+    /// 1 / (√2 `σ_ad`), per reach.
     pub distance_steepness: S,
 }
 

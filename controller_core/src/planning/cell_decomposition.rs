@@ -87,10 +87,17 @@ impl Cell {
 #[derive(Clone, Copy, Debug, Default)]
 struct Run {
     cell: u16,
-    low: i32,
-    high: i32,
+    low: u16,
+    high: u16,
     /// Widest run of the cell so far.
-    widest: i32,
+    widest: u16,
+}
+
+impl Run {
+    /// First and last row.
+    fn rows(&self) -> (i32, i32) {
+        (i32::from(self.low), i32::from(self.high))
+    }
 }
 
 /// The cells and passages of one raster, for one disc.
@@ -102,8 +109,8 @@ pub(super) struct Decomposition<const CELLS: usize, const PASSAGES: usize> {
 }
 
 /// Length of the overlap of two intervals of lattice points; 0 when they share none.
-fn overlap((low, high): (i32, i32), run: &Run) -> i32 {
-    (high.min(run.high) - low.max(run.low) + 1).max(0)
+fn overlap(a: (i32, i32), b: (i32, i32)) -> i32 {
+    (a.1.min(b.1) - a.0.max(b.0) + 1).max(0)
 }
 
 impl<const CELLS: usize, const PASSAGES: usize> Decomposition<CELLS, PASSAGES> {
@@ -134,7 +141,7 @@ impl<const CELLS: usize, const PASSAGES: usize> Decomposition<CELLS, PASSAGES> {
                 self.add_run(clearance, x, run)?;
             }
             for (cell, (_, y)) in found.iter_mut().zip(anchors).filter(|(_, anchor)| anchor.0 == x) {
-                if let Some(run) = self.current.iter().find(|run| run.low <= y && y <= run.high) {
+                if let Some(run) = self.current.iter().find(|run| run.rows().0 <= y && y <= run.rows().1) {
                     *cell = run.cell;
                 }
             }
@@ -152,34 +159,37 @@ impl<const CELLS: usize, const PASSAGES: usize> Decomposition<CELLS, PASSAGES> {
         (low, high): (i32, i32),
     ) -> Result<(), Overflow> {
         let mut best: Option<(i32, Run)> = None;
-        for run in self.previous.iter().skip_while(|run| run.high < low).take_while(|run| run.low <= high) {
-            let shared = overlap((low, high), run);
+        let before = |run: &&Run| run.rows().1 < low;
+        let beside = |run: &&Run| run.rows().0 <= high;
+        for run in self.previous.iter().skip_while(before).take_while(beside) {
+            let shared = overlap((low, high), run.rows());
             let taken = self.current.iter().any(|other| other.cell == run.cell);
             if !taken && self.continues(run, (low, high)) && best.is_none_or(|(most, _)| shared > most) {
                 best = Some((shared, *run));
             }
         }
-        let length = high - low + 1;
+        let length = lattice_index(high - low + 1);
         let run = if let Some((_, run)) = best {
             let cell = self.cells.get_mut(usize::from(run.cell)).ok_or(Overflow::Cells)?;
             cell.low = cell.low.max(lattice_index(low));
             cell.high = cell.high.min(lattice_index(high));
-            Run { low, high, widest: run.widest.max(length), ..run }
+            Run { low: lattice_index(low), high: lattice_index(high), widest: run.widest.max(length), ..run }
         } else {
             let cell = u16::try_from(self.cells.len()).map_err(|_| Overflow::Cells)?;
             let new = Cell { low: lattice_index(low), high: lattice_index(high), passage: NONE };
             self.cells.push(new).map_err(|_| Overflow::Cells)?;
-            Run { cell, low, high, widest: length }
+            Run { cell, low: lattice_index(low), high: lattice_index(high), widest: length }
         };
         self.current.push(run).map_err(|_| Overflow::Cells)?;
-        for other in self.previous.iter().skip_while(|other| other.high + 1 < low) {
-            if other.low > high + 1 {
+        for other in self.previous.iter().skip_while(|other| other.rows().1 + 1 < low) {
+            let (other_low, other_high) = other.rows();
+            if other_low > high + 1 {
                 break;
             }
-            let (first, last) = (low.max(other.low), high.min(other.high));
+            let (first, last) = (low.max(other_low), high.min(other_high));
             // Runs that only meet at a corner: a slanting gap that just lets the disc through.
-            let slant = if last < first { (low - other.high).signum() } else { 0 };
-            let row = if slant > 0 { other.high } else { other.low };
+            let slant = if last < first { (low - other_high).signum() } else { 0 };
+            let row = if slant > 0 { other_high } else { other_low };
             let step = (Spot::lattice(x - 1, row), Spot::lattice(x, row + slant));
             if other.cell == run.cell || (slant != 0 && !clearance.is_clear(step.0, step.1)) {
                 continue;
@@ -190,7 +200,7 @@ impl<const CELLS: usize, const PASSAGES: usize> Decomposition<CELLS, PASSAGES> {
                 next: [NONE; 2],
                 right: lattice_index(x),
                 // The corner to go round is at the end of the shorter run.
-                column: lattice_index(if other.high - other.low < high - low { x - 1 } else { x }),
+                column: lattice_index(if other_high - other_low < high - low { x - 1 } else { x }),
                 low: lattice_index(first),
                 high: lattice_index(last),
                 slant: i16::try_from(slant).unwrap_or(0),
@@ -204,7 +214,7 @@ impl<const CELLS: usize, const PASSAGES: usize> Decomposition<CELLS, PASSAGES> {
     fn continues(&self, run: &Run, (low, high): (i32, i32)) -> bool {
         let Some(cell) = self.cells.get(usize::from(run.cell)) else { return false };
         let core = i32::from(cell.high).min(high) - i32::from(cell.low).max(low) + 1;
-        core > 0 && CORE_SHARE * core >= run.widest.max(high - low + 1)
+        core > 0 && CORE_SHARE * core >= i32::from(run.widest).max(high - low + 1)
     }
 
     /// Threads each passage on the lists of its two cells.

@@ -148,48 +148,67 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
     }
 
     /// Puts a checkpoint into the middle of each doorway on the way, as far as that costs little.
+    ///
+    /// All doors together, since one may be in straight reach only from the middle of the next; a door that cannot
+    /// be joined, or the dearest when the way gets too long, is left out and the rest tried again.
     fn pass_doors_in_the_middle(&mut self) {
         let budget = DOORWAY_DETOUR * self.length();
-        let doors = self.doors();
-        let mut limit = usize::MAX;
-        for door in doors.iter().rev() {
-            let index = door.before.min(limit);
-            limit = self.insert_door(index, door.middle, budget).unwrap_or(index);
+        let mut doors = self.doors();
+        while !doors.is_empty() {
+            let out = match self.through(&doors) {
+                Ok(bends) => {
+                    let old = core::mem::replace(&mut self.bends, bends);
+                    self.drop_needless();
+                    if self.length() <= budget {
+                        return;
+                    }
+                    let dearest = self.dearest_door();
+                    self.bends = old;
+                    dearest
+                }
+                Err(index) => index,
+            };
+            doors.remove(out.min(doors.len() - 1));
         }
-        self.drop_needless();
     }
 
-    /// Puts a door before bend `index`, in place of its neighbours where they are not needed any more. Gives the
-    /// bend's new index, or `None` when the way would be blocked, too long, or too many checkpoints.
-    fn insert_door(&mut self, index: usize, middle: Spot, budget: f32) -> Option<usize> {
-        let length = self.length();
-        let is_free_bend = |i: usize| self.bends.get(i).is_some_and(|bend| !bend.door);
-        let after_can_go = index + 1 < self.bends.len() && is_free_bend(index);
-        let before_can_go = index > 0 && is_free_bend(index - 1);
-        for (drop_before, drop_after) in [(true, true), (true, false), (false, true), (false, false)] {
-            if (drop_before && !before_can_go) || (drop_after && !after_can_go) {
-                continue;
+    /// The way through all of these doors, or the number of one that cannot be joined (or has no room).
+    fn through(&self, doors: &[Door]) -> Result<heapless::Vec<Bend, N>, usize> {
+        let mut bends = heapless::Vec::new();
+        let goal = self.bends.len().saturating_sub(1);
+        let (mut from, mut first) = (self.start, 0);
+        for index in 0..=doors.len() {
+            let door = doors.get(index);
+            let (to, last) = door.map_or((self.spot(goal), goal), |door| (door.middle, door.before));
+            if !self.clearance.is_clear(from, to) {
+                // As few of the old bends as it takes to see the first and be seen from the last.
+                let seen = (first..last)
+                    .rev()
+                    .find(|&i| self.clearance.is_clear(from, self.spot(i)))
+                    .ok_or(index)?;
+                let end = (seen..last).find(|&i| self.clearance.is_clear(self.spot(i), to)).ok_or(index)?;
+                for i in seen..=end {
+                    bends.push(Bend { spot: self.spot(i), door: false }).map_err(|_| index)?;
+                }
             }
-            let first = index - usize::from(drop_before);
-            let next = index + usize::from(drop_after);
-            let (a, c) = (self.before(first), self.spot(next));
-            let old: f32 = (first..=next).map(|i| self.before(i).distance_to(self.spot(i))).sum();
-            let new = a.distance_to(middle) + middle.distance_to(c);
-            let clear = self.clearance.is_clear(a, middle) && self.clearance.is_clear(middle, c);
-            if !clear || length - old + new > budget {
-                continue;
-            }
-            let door = Bend { spot: middle, door: true };
-            if first == next {
-                return self.bends.insert(first, door).is_ok().then_some(first);
-            }
-            *self.bends.get_mut(first)? = door;
-            if next - first == 2 {
-                self.bends.remove(first + 1);
-            }
-            return Some(first);
+            bends.push(Bend { spot: to, door: door.is_some() }).map_err(|_| index)?;
+            (from, first) = (to, last);
         }
-        None
+        Ok(bends)
+    }
+
+    /// Which of the doors on the way makes it longest, counted from the start.
+    fn dearest_door(&self) -> usize {
+        let mut dearest = (0, 0.0);
+        let doors = (0..self.bends.len()).filter(|&i| self.bends.get(i).is_some_and(|bend| bend.door));
+        for (number, i) in doors.enumerate() {
+            let (a, b, c) = (self.before(i), self.spot(i), self.spot(i + 1));
+            let detour = a.distance_to(b) + b.distance_to(c) - a.distance_to(c);
+            if detour > dearest.1 {
+                dearest = (number, detour);
+            }
+        }
+        dearest.0
     }
 
     /// The doorways on the way, in order.

@@ -80,7 +80,7 @@ impl Scalar for f32 {
         // Quadrant k and remainder r in ±π/4, with π/2 in two parts (Cody and Waite) to keep r exact.
         const FRAC_2_PI: f32 = core::f32::consts::FRAC_2_PI;
         const PI_2_HIGH: f32 = 1.570_312_5;
-        const PI_2_LOW: f32 = 4.838_267_9e-4;
+        const PI_2_LOW: f32 = 4.838_268e-4;
         let turns = self.abs() * FRAC_2_PI + 0.5;
         let quadrant = whole(turns.min(64.0));
         let k = float(quadrant.cast_signed());

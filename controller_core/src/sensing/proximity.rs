@@ -1,4 +1,4 @@
-//! The ring of directed long-range sensors: sensor j looks along a fixed bearing α_j and measures a distance.
+//! The ring of directed long-range sensors: sensor j looks along a fixed bearing `α_j` and measures a distance.
 //!
 //! ```text
 //!           0  ahead              sensor j looks along j · 360° / SENSORS,
@@ -42,7 +42,7 @@ pub struct ProximityParameters<S> {
     pub range_m: S,
 }
 
-/// The bearing α_j of sensor j, in [−π, π).
+/// The bearing `α_j` of sensor j, in [−π, π).
 #[must_use]
 pub fn sensor_bearing<S: Scalar>(sensor: usize, sensors: usize) -> S {
     let count = |i: usize| S::from_i32(i32::try_from(i).unwrap_or(0));

@@ -1,8 +1,7 @@
 //! From what a file says to what can be run: every value is checked, and every complaint names its key and the way out.
 
-use core::fmt::{Display, Write};
-
-use nalgebra::Point2;
+mod space;
+mod values;
 
 use super::error::ScenarioError;
 use super::raw::{
@@ -16,6 +15,7 @@ use super::{
 use crate::geometry::{Disc, Polygon};
 use crate::mover::{Direction, Mover};
 use crate::world::{KHEPERA_RADIUS_M, Timed, Window, World};
+use values::{Check, list};
 
 /// "If it was less than 5 mm from the checkpoint" (both papers).
 const TOLERANCE_M: f64 = 0.005;
@@ -77,99 +77,7 @@ fn world(solids: &[Solid], movers: Vec<Mover>) -> World {
     world
 }
 
-/// The checks of one file.
-struct Check<'a> {
-    file: &'a str,
-}
-
-/// Single values.
-impl Check<'_> {
-    fn wrong(&self, key: &str, value: impl Display, problem: impl Into<String>, fix: &str) -> ScenarioError {
-        let (file, key, value) = (self.file.to_owned(), key.to_owned(), value.to_string());
-        ScenarioError::Value { file, key, value, problem: problem.into(), fix: fix.to_owned() }
-    }
-
-    fn finite(&self, key: &str, value: f64) -> Checked<f64> {
-        if value.is_finite() {
-            return Ok(value);
-        }
-        Err(self.wrong(key, value, "is not a finite number", "write an ordinary number"))
-    }
-
-    fn positive(&self, key: &str, value: f64) -> Checked<f64> {
-        if self.finite(key, value)? > 0.0 {
-            return Ok(value);
-        }
-        Err(self.wrong(key, value, "must be greater than zero", "write a positive number"))
-    }
-
-    fn not_negative(&self, key: &str, value: f64) -> Checked<f64> {
-        if self.finite(key, value)? >= 0.0 {
-            return Ok(value);
-        }
-        Err(self.wrong(key, value, "must not be negative", "write zero or a positive number"))
-    }
-
-    fn fraction(&self, key: &str, value: f64) -> Checked<f64> {
-        if self.not_negative(key, value)? <= 1.0 {
-            return Ok(value);
-        }
-        Err(self.wrong(key, value, "is a fraction, 0 to 1", "write 0.1 for 10 %"))
-    }
-
-    fn point(&self, key: &str, [x, y]: RawPoint) -> Checked<Point2<f64>> {
-        if x.is_finite() && y.is_finite() {
-            return Ok(Point2::new(x, y));
-        }
-        Err(self.wrong(
-            key,
-            show(Point2::new(x, y)),
-            "is not a pair of finite numbers",
-            "write [x, y] in metres",
-        ))
-    }
-
-    fn filled(&self, key: &str, value: &str) -> Checked<String> {
-        if value.trim().is_empty() {
-            return Err(self.wrong(key, format!("{value:?}"), "is empty", "write a short text"));
-        }
-        Ok(value.to_owned())
-    }
-
-    /// A name becomes part of file names.
-    fn name(&self, key: &str, value: &str) -> Checked<String> {
-        let plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '_' || letter == '-';
-        if self.filled(key, value)?.chars().all(plain) {
-            return Ok(value.to_owned());
-        }
-        let problem = "must serve as a file name";
-        Err(self.wrong(key, format!("{value:?}"), problem, "use letters, digits, `-` and `_` only"))
-    }
-
-    fn period(&self, value: u32) -> Checked<u32> {
-        if value > 0 && value.is_multiple_of(AVOIDANCE_PERIOD_MS) {
-            return Ok(value);
-        }
-        let problem = format!("is not a multiple of the avoidance period, {AVOIDANCE_PERIOD_MS} ms");
-        Err(self.wrong("control.target_period_ms", value, problem, "use 256 (P2) or 1024 (P1)"))
-    }
-
-    /// Checks every element of a list; `one` gets the element's key, such as `obstacles[2]`.
-    fn all<R, T>(
-        &self,
-        key: &str,
-        list: &[R],
-        one: impl Fn(&Self, &str, &R) -> Checked<T>,
-    ) -> Checked<Vec<T>> {
-        list.iter().enumerate().map(|(i, raw)| one(self, &format!("{key}[{i}]"), raw)).collect()
-    }
-
-    fn points(&self, key: &str, list: &[RawPoint]) -> Checked<Vec<Point2<f64>>> {
-        self.all(key, list, |check, key, raw| check.point(key, *raw))
-    }
-}
-
-/// Tables.
+/// Tables of the file.
 impl Check<'_> {
     fn start(&self, raw: &RawRobot) -> Checked<Start> {
         let heading_deg = self.finite("robot.heading_deg", raw.heading_deg)?;
@@ -298,14 +206,9 @@ impl Check<'_> {
                 let fix = "add `goal = [x, y]`, or `checkpoints = [[x, y], ...]` whose last is the goal";
                 Err(self.wrong("goal", "nothing", "the robot has nowhere to go", fix))
             }
-            (Some(_), Some(list), _) => {
+            (Some(_), Some(given), _) => {
                 let problem = "is given beside `goal`";
-                Err(self.wrong(
-                    "checkpoints",
-                    self::list(&list),
-                    problem,
-                    "make the goal the last checkpoint",
-                ))
+                Err(self.wrong("checkpoints", list(&given), problem, "make the goal the last checkpoint"))
             }
             (None, Some(_), true) => {
                 let problem = "the planner finds checkpoints, so they cannot also be given";
@@ -367,92 +270,4 @@ impl Check<'_> {
         };
         Ok(Replacement { trigger, checkpoint, to: self.point(&format!("{key}.to"), raw.to)? })
     }
-}
-
-/// Relations between parts.
-impl Check<'_> {
-    fn start_is_free(&self, scenario: &Scenario) -> Checked<()> {
-        let start = &scenario.start;
-        let needed_m = KHEPERA_RADIUS_M + start.jitter_position_m;
-        let clearance_m = scenario.world.clearance(start.position, 0.0);
-        if clearance_m <= needed_m {
-            let fix = "move the start away or make its jitter smaller";
-            let problem = contact(clearance_m, needed_m);
-            return Err(self.wrong("robot.start", show(start.position), problem, fix));
-        }
-        for (i, mover) in scenario.world.movers.iter().enumerate() {
-            // The whole circle, not the moment: a robot that still stands cannot be blamed for being run over.
-            let clearance_m = mover.least_clearance(start.position);
-            if clearance_m <= needed_m {
-                let problem = format!("hits the robot at its start, {}", show(start.position));
-                let fix = "move the circle or the start";
-                return Err(self.wrong(&format!("movers[{i}].centre"), show(mover.centre), problem, fix));
-            }
-        }
-        Ok(())
-    }
-
-    fn movers_are_free(&self, scenario: &Scenario) -> Checked<()> {
-        for (i, mover) in scenario.world.movers.iter().enumerate() {
-            if mover.least_clearance_from(&scenario.world.permanent) <= 0.0 {
-                let key = format!("movers[{i}].orbit_radius_m");
-                let problem = "the circle runs through a wall or obstacle";
-                return Err(self.wrong(
-                    &key,
-                    mover.orbit_radius_m,
-                    problem,
-                    "move the circle or make it smaller",
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    /// A checkpoint must be free when it counts: one that will be replaced at the start, any other at the end.
-    fn checkpoints_are_free(&self, scenario: &Scenario) -> Checked<()> {
-        let listed = matches!(scenario.route, Route::Checkpoints(_));
-        let only_goal = scenario.route.checkpoints().len() == 1;
-        for (i, checkpoint) in scenario.route.checkpoints().iter().enumerate() {
-            let replaced = scenario.replacements.iter().any(|replacement| replacement.checkpoint == i);
-            let key = if listed && !only_goal { format!("checkpoints[{i}]") } else { String::from("goal") };
-            let t_s = if replaced { 0.0 } else { scenario.time_limit_s };
-            self.place_is_free(&key, *checkpoint, scenario, t_s)?;
-        }
-        for (i, replacement) in scenario.replacements.iter().enumerate() {
-            self.place_is_free(&format!("replace[{i}].to"), replacement.to, scenario, scenario.time_limit_s)?;
-        }
-        Ok(())
-    }
-
-    fn place_is_free(&self, key: &str, place: Point2<f64>, scenario: &Scenario, t_s: f64) -> Checked<()> {
-        let standing = World { movers: Vec::new(), ..scenario.world.clone() };
-        let clearance_m = standing.clearance(place, t_s);
-        if clearance_m <= KHEPERA_RADIUS_M {
-            let problem = contact(clearance_m, KHEPERA_RADIUS_M);
-            return Err(self.wrong(key, show(place), problem, "move it to where the robot fits"));
-        }
-        Ok(())
-    }
-}
-
-fn contact(clearance_m: f64, needed_m: f64) -> String {
-    if clearance_m <= 0.0 {
-        String::from("is inside a wall or obstacle")
-    } else {
-        format!("is {clearance_m:.4} m from the nearest wall or obstacle and needs more than {needed_m:.4} m")
-    }
-}
-
-fn show(point: Point2<f64>) -> String {
-    format!("[{}, {}]", point.x, point.y)
-}
-
-fn list(points: &[Point2<f64>]) -> String {
-    let mut text = String::from("[");
-    for (i, point) in points.iter().enumerate() {
-        let comma = if i == 0 { "" } else { ", " };
-        // Writing to a string cannot fail.
-        let _ = write!(text, "{comma}{}", show(*point));
-    }
-    text + "]"
 }

@@ -63,10 +63,16 @@ fn segment_to_square(a: (f64, f64), b: (f64, f64), (column, row): (i32, i32)) ->
     of_corners.min(of_ends[0]).min(of_ends[1])
 }
 
+/// The next whole number at or below.
+#[expect(clippy::cast_possible_truncation, reason = "rasters of tests are a few hundred cells")]
+fn whole(value: f64) -> i32 {
+    value.floor() as i32
+}
+
 /// Distance in cells from a segment to the next wall, as far as `within`.
 pub fn clearance(world: &World, a: (f64, f64), b: (f64, f64), within: f64) -> f64 {
-    let low = |p: f64, q: f64| (p.min(q) - within).floor() as i32 - 1;
-    let high = |p: f64, q: f64| (p.max(q) + within).ceil() as i32;
+    let low = |p: f64, q: f64| whole(p.min(q) - within) - 1;
+    let high = |p: f64, q: f64| whole(p.max(q) + within) + 1;
     let mut least = within;
     for column in low(a.0, b.0)..=high(a.0, b.0) {
         for row in low(a.1, b.1)..=high(a.1, b.1) {
@@ -93,18 +99,6 @@ pub fn shortest(
     start: (i32, i32),
     goal: (i32, i32),
 ) -> Option<f64> {
-    shortest_by(world, radius, fineness, start, goal, STEPS.len())
-}
-
-/// [`shortest`] with only the first `steps` kinds of moves: 4 are those along the axes.
-pub fn shortest_by(
-    world: &World,
-    radius: f64,
-    fineness: i32,
-    start: (i32, i32),
-    goal: (i32, i32),
-    steps: usize,
-) -> Option<f64> {
     let (columns, rows) = (i32::from(world.columns()) * fineness + 1, i32::from(world.rows()) * fineness + 1);
     let place = |(x, y): (i32, i32)| (f64::from(x) / f64::from(fineness), f64::from(y) / f64::from(fineness));
     let index = |(x, y): (i32, i32)| usize::try_from(y * columns + x).unwrap();
@@ -119,12 +113,12 @@ pub fn shortest_by(
         return None;
     }
     cost[index(start)] = 0.0;
-    queue.push((core::cmp::Reverse(0_u64), start));
+    queue.push((core::cmp::Reverse(0.0_f64.to_bits()), start));
     while let Some((_, at)) = queue.pop() {
         if at == goal {
             return Some(cost[index(at)]);
         }
-        for &step in &STEPS[..steps] {
+        for step in STEPS {
             let next = (at.0 + step.0, at.1 + step.1);
             if next.0 < 0 || next.1 < 0 || next.0 >= columns || next.1 >= rows || !clear[index(next)] {
                 continue;
@@ -137,7 +131,8 @@ pub fn shortest_by(
                 continue;
             }
             cost[index(next)] = total;
-            queue.push((core::cmp::Reverse((total * 1e9) as u64), next));
+            // The bits of numbers above 0 are in their order.
+            queue.push((core::cmp::Reverse(total.to_bits()), next));
         }
     }
     None
