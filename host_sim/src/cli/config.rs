@@ -9,6 +9,7 @@ use super::output::print;
 
 const HEAD: &str = "\
 # Configuration of the controller, for `--config`. SI units; a key that is left out keeps its default.
+# `architecture` and `schedule.target_period_ms` are not used by `run`: the scenario or --controller says them.
 # What each number does: the documentation of `controller_core::config`.
 
 ";

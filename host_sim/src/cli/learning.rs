@@ -8,6 +8,8 @@ use controller_core::kohonen::output::Output;
 use controller_core::scalar::Scalar;
 use host_sim::config_file;
 use host_sim::map_store::{self, StoredScalar};
+use host_sim::route_planner;
+use host_sim::scenario::{Route, Scenario};
 use host_sim::sil::{HostMap, Indirect};
 use host_sim::sweep::{self, Learned};
 use host_sim::training::TrainingPlan;
@@ -21,6 +23,15 @@ use super::progress::Progress;
 /// The configuration that was asked for, checked.
 pub fn configuration(args: &LearningArgs) -> Result<Config, CliError> {
     Ok(args.config.as_deref().map_or_else(|| Ok(Config::default()), config_file::load)?)
+}
+
+/// A scenario that can be run: where it is to be planned, there is a plan, so that nobody waits for nothing.
+pub fn load_scenario(name_or_path: &str) -> Result<Scenario, CliError> {
+    let scenario = Scenario::load(name_or_path)?;
+    if matches!(scenario.route, Route::Planned { .. }) {
+        route_planner::plan(&scenario, scenario.start.position, 0.0)?;
+    }
+    Ok(scenario)
 }
 
 /// The training that was asked for.
@@ -66,7 +77,7 @@ pub fn load_map<S: StoredScalar>(path: &Path, config: &Config) -> Result<HostMap
 pub fn seeds(first: u64, runs: u32) -> Result<Range<u64>, CliError> {
     let end = first.checked_add(u64::from(runs));
     let end = end.ok_or_else(|| {
-        CliError::Request(format!("--seed {first} leaves no room for {runs} runs; choose a smaller one"))
+        CliError::Request(format!("--seed {first} has not {runs} seeds from it on; choose a smaller one"))
     })?;
     Ok(first..end)
 }

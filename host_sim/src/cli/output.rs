@@ -64,14 +64,14 @@ impl OutputFolder {
     /// The folder and name of a single file, checked likewise.
     pub fn for_file(file: &Path) -> Result<(Self, String), CliError> {
         let name = file.file_name().and_then(|name| name.to_str());
+        // `Path` overlooks a separator at the end, by which the user says that a folder is meant.
+        let name = name.filter(|name| file.as_os_str().as_encoded_bytes().ends_with(name.as_bytes()));
         let name = name.ok_or_else(|| {
-            CliError::Request(format!(
-                "cannot write `{}`: not a file name; choose another --out",
-                file.display()
-            ))
+            let message =
+                format!("cannot write `{}`: not the name of a file; choose another --out", file.display());
+            CliError::Request(message)
         })?;
-        let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        Ok((Self::open(folder, &[name])?, name.to_owned()))
+        Ok((Self::open(file.parent().unwrap_or(Path::new("")), &[name])?, name.to_owned()))
     }
 
     /// Writes a file and returns its path as the user would type it.

@@ -3,14 +3,13 @@
 use controller_core::scalar::Fixed;
 use host_sim::map_store::StoredScalar;
 use host_sim::mission::MissionOptions;
-use host_sim::scenario::Scenario;
 use host_sim::sil::Indirect;
 use host_sim::sweep::{self, LOG_PERIOD_MS};
 use serde_json::json;
 
 use super::args::{RunArgs, ScalarArg};
 use super::error::{CliError, Outcome};
-use super::learning::{configuration, learn, load_map, training_plan};
+use super::learning::{configuration, learn, load_map, load_scenario, training_plan};
 use super::main_job::training_text;
 use super::output::{OutputFolder, print, print_json};
 use super::single_run::{SingleRun, controller_of, file_names};
@@ -34,15 +33,16 @@ fn run_in<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
 
 fn run_once<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
     let config = configuration(&args.learning)?;
-    let scenario = Scenario::load(&args.scenario)?;
+    let scenario = load_scenario(&args.scenario)?;
+    let loaded = args.map.as_deref().map(|path| load_map::<S>(path, &config)).transpose()?;
     let controller = args.controller.unwrap_or_else(|| controller_of(&scenario));
     let [svg, csv] = file_names(&scenario);
     let folder = args.out.as_deref().map(|path| OutputFolder::open(path, &[&svg, &csv])).transpose()?;
 
     let plan = training_plan(&args.learning);
-    let (map, training, source) = if let Some(path) = &args.map {
+    let (map, training, source) = if let (Some(map), Some(path)) = (loaded, &args.map) {
         let file = path.display().to_string();
-        (load_map::<S>(path, &config)?, json!({ "map": file }), ("map", file))
+        (map, json!({ "map": file }), ("map", file))
     } else {
         let learned = learn::<S, Indirect<S>>(&config, &plan)?;
         let training = json!({ "seed": plan.seed, "steps": plan.steps });

@@ -1,5 +1,6 @@
 //! One run: what is printed of it and written about it.
 
+use controller_core::safety::StopCause;
 use host_sim::mission::MissionResult;
 use host_sim::run_log;
 use host_sim::scenario::{ControllerKind, Scenario};
@@ -89,9 +90,14 @@ impl SingleRun<'_> {
         let mut reasons = Vec::new();
         if !result.reached {
             reasons.push(format!("goal not reached within {} s", self.scenario.time_limit_s));
+            reasons.extend(result.stopped.map(|cause| stop_text(cause).to_owned()));
         }
         if result.contacts > 0 {
-            reasons.push(format!("{} contact(s)", result.contacts));
+            reasons.push(format!(
+                "{} contact{}",
+                result.contacts,
+                if result.contacts == 1 { "" } else { "s" }
+            ));
         }
         if result.arrivals.iter().any(|arrival| arrival.error_m >= self.scenario.tolerance_m) {
             reasons.push(format!("a checkpoint passed at {tolerance} mm or more"));
@@ -110,6 +116,18 @@ impl SingleRun<'_> {
             "result": result_json(self.result),
             "files": files,
         })
+    }
+}
+
+/// Why the safety gate stopped the wheels.
+fn stop_text(cause: StopCause) -> &'static str {
+    match cause {
+        StopCause::EmergencyStop => "emergency stop",
+        StopCause::NotArmed => "motors not armed",
+        StopCause::UntrainedMap => "the map is untrained (learn for more --steps)",
+        StopCause::ScanTooOld => "proximity sensors silent for too long",
+        StopCause::CommandTooOld => "no command for too long",
+        StopCause::Stalled => "a wheel stalled under way",
     }
 }
 

@@ -12,7 +12,9 @@ use serde_json::{Value, json};
 
 use super::args::{ControllerArg, RunArgs};
 use super::error::{CliError, Outcome};
-use super::learning::{configuration, learn, learn_each, load_map, seeds, threads, training_plan};
+use super::learning::{
+    configuration, learn, learn_each, load_map, load_scenario, seeds, threads, training_plan,
+};
 use super::output::{OutputFolder, hex, print, print_json};
 use super::progress::Progress;
 use super::single_run::result_json;
@@ -30,15 +32,16 @@ struct Column {
 
 pub fn sweep_run<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
     let config = configuration(&args.learning)?;
-    let scenario = Scenario::load(&args.scenario)?;
+    let scenario = load_scenario(&args.scenario)?;
     let seeds = seeds(args.learning.seed, args.runs)?;
+    let threads = threads(args.threads)?;
+    let loaded = args.map.as_deref().map(|path| load_map::<S>(path, &config)).transpose()?;
     let [svg, csv] = file_names(&scenario);
     let folder = args.out.as_deref().map(|path| OutputFolder::open(path, &[&svg, &csv])).transpose()?;
-    let threads = threads(args.threads)?;
 
     let plan = training_plan(&args.learning);
-    let maps = if let Some(path) = &args.map {
-        Maps::Shared(Box::new(load_map::<S>(path, &config)?))
+    let maps = if let Some(map) = loaded {
+        Maps::Shared(Box::new(map))
     } else if args.fresh_maps {
         let learned = threads.install(|| learn_each::<S, Indirect<S>>(&config, &plan, seeds.clone()))?;
         Maps::PerRun(learned.into_iter().map(|learned| learned.map).collect())
@@ -138,6 +141,7 @@ fn text(args: &RunArgs, scenario: &Scenario, scalar: &str, columns: &[Column], f
         ("scenario", format!("{}: {} ({})", scenario.name, scenario.title, scenario.source)),
         ("runs", format!("{}, seeds {first} to {last}, scalar {scalar}", args.runs)),
         ("map", map),
+        ("rates", String::from("in %, with Wilson's 95 % intervals")),
     ]);
     let mut rows = vec![vec![String::from("controller")]];
     rows[0].extend(columns.iter().map(|column| column.controller.name().to_owned()));
@@ -145,9 +149,9 @@ fn text(args: &RunArgs, scenario: &Scenario, scalar: &str, columns: &[Column], f
         let cells = columns.iter().map(|column| value(&column.summary));
         rows.push(core::iter::once(name.to_owned()).chain(cells).collect());
     };
-    add("success %", &|summary| rate(summary.success));
-    add("goal reached %", &|summary| rate(summary.reached));
-    add("contact %", &|summary| rate(summary.contact));
+    add("success", &|summary| rate(summary.success));
+    add("goal reached", &|summary| rate(summary.reached));
+    add("contact", &|summary| rate(summary.contact));
     add("time median s", &|summary| or_dash(summary.time_median_s, |time| format!("{time:.1}")));
     add("time 95th percentile s", &|summary| or_dash(summary.time_95_s, |time| format!("{time:.1}")));
     add("path median m", &|summary| or_dash(summary.way_median_m, |way| format!("{way:.2}")));
@@ -206,7 +210,7 @@ fn document(
         "runs": args.runs,
         "training": {
             "steps": args.map.is_none().then_some(args.learning.steps),
-            "map": args.map,
+            "map": args.map.as_ref().map(|path| path.display().to_string()),
             "fresh_maps": args.fresh_maps,
         },
         "controllers": columns.iter().map(controller).collect::<Vec<_>>(),

@@ -142,12 +142,12 @@ fn report(
     let targets = PositioningPlan::default().targets;
     let first = args.learning.seed;
     let seeds = match args.trials {
-        Some(trials) => format!("{first} to {}", first + u64::from(trials) - 1),
-        None => first.to_string(),
+        Some(trials) => format!("seeds {first} to {}", first + u64::from(trials) - 1),
+        None => format!("seed {first}"),
     };
     let head = facts([
         ("learned", training_text(args.learning.steps, config)),
-        ("tested", format!("with {targets} targets, seed {seeds}, scalar {scalar}, 10 % noise")),
+        ("tested", format!("with {targets} targets each, {seeds}, scalar {scalar}, 10 % noise")),
     ]);
     let hashes: String = match trials {
         [one] if args.trials.is_none() => {
