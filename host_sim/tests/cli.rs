@@ -2,6 +2,7 @@
 //!
 //! After a change of the controller's behaviour: `INSTA_UPDATE=always cargo test -p host_sim --test cli`, then look at
 //! what `git diff` says about the snapshot.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests, which clippy.toml cannot know")]
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -35,8 +36,11 @@ fn ok(folder: &Path, arguments: &[&str]) -> String {
     stdout(&output)
 }
 
+/// The document of a command, whether or not the robot did what it should.
 fn json(folder: &Path, arguments: &[&str]) -> Value {
-    serde_json::from_str(&ok(folder, arguments)).unwrap()
+    let output = run(folder, arguments);
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{arguments:?}\n{}", stderr(&output));
+    serde_json::from_str(&stdout(&output)).unwrap()
 }
 
 /// Requires exit code 2, nothing on stdout, and every one of `words` in the message.
@@ -132,8 +136,7 @@ fn maps_of_their_own_make_each_run_a_main_job() {
     let folder = TempDir::new().unwrap();
     let arguments = ["run", "p2_fig5", "--steps", "300", "--runs", "2", "--fresh-maps", "--json"];
     let sweep = json(folder.path(), &arguments);
-    let single = run(folder.path(), &["run", "p2_fig5", "--steps", "300", "--seed", "2", "--json"]);
-    let single: Value = serde_json::from_str(&stdout(&single)).unwrap();
+    let single = json(folder.path(), &["run", "p2_fig5", "--steps", "300", "--seed", "2", "--json"]);
     assert_eq!(sweep["controllers"][0]["runs"][1]["hash"], single["result"]["hash"]);
 }
 

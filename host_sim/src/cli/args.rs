@@ -22,9 +22,9 @@ Exit codes: 0 ok; 1 the robot failed; 2 the request cannot be carried out, and n
 
 /// Simulates a Khepera that learns to move, then finds its way with cooperative Extended Kohonen Maps.
 ///
-/// Without a command it does the main job: learn a map from scratch by motor babbling and online training, save it, then
-/// cross the three rooms of P2 Fig. 6 among unforeseen obstacles, under the papers' 10 % noise. P1 is Low,
-/// Leow & Ang, AAMAS 2002; P2 the same authors, ICRA 2003. A figure's scenario is called p1_fig7, p2_fig6 and so on.
+/// Without a command it does the main job: learn a map from scratch by motor babbling and online training, save it,
+/// then cross the three rooms of P2 Fig. 6 among unforeseen obstacles, under the papers' 10 % noise. P1 is Low, Leow &
+/// Ang, AAMAS 2002; P2 the same authors, ICRA 2003. A figure's scenario is called `p1_fig7`, `p2_fig6` and so on.
 #[derive(Debug, Parser)]
 #[command(name = "host_sim", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
 pub struct Cli {
