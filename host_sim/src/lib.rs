@@ -43,3 +43,13 @@ pub mod positioning;
 pub mod route_planner;
 
 pub mod mission;
+
+pub mod statistics;
+
+pub mod sweep;
+
+pub mod map_store;
+
+pub mod run_log;
+
+pub mod config_file;

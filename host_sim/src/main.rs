@@ -1,2 +1,13 @@
-//! `host_sim`, the simulator's command line.
-fn main() {}
+//! `host_sim`, the simulator's command line: learns maps, runs the papers' experiments, prints what came of them.
+//!
+//! Results go to stdout, progress and errors to stderr. Exit codes: 0 ok, 1 the robot failed, 2 the request cannot be
+//! carried out (and nothing was written).
+#![forbid(unsafe_code)]
+
+mod cli;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    cli::main()
+}

@@ -23,6 +23,7 @@ use crate::solids::Solids;
 use crate::world::{Window, World};
 
 pub use error::ScenarioError;
+pub(crate) use raw::toml_document;
 
 /// Period of obstacle avoidance in ms, of which the target-reaching period is a multiple.
 pub const AVOIDANCE_PERIOD_MS: u32 = 128;
@@ -195,9 +196,17 @@ impl Scenario {
     ///
     /// If there is none of that name.
     pub fn builtin(name: &str) -> Result<Self, ScenarioError> {
+        Self::parse(&format!("{name} (built in)"), Self::builtin_text(name)?)
+    }
+
+    /// The file of a built-in scenario, to be copied and edited.
+    ///
+    /// # Errors
+    ///
+    /// If there is none of that name.
+    pub fn builtin_text(name: &str) -> Result<&'static str, ScenarioError> {
         let found = builtin::ALL.iter().find(|(builtin, _)| *builtin == name);
-        let (name, text) = found.ok_or_else(|| builtin::not_found(name))?;
-        Self::parse(&format!("{name} (built in)"), text)
+        found.map(|(_, text)| *text).ok_or_else(|| builtin::not_found(name))
     }
 
     /// A built-in scenario by its name, or a file by its path.
@@ -220,7 +229,7 @@ impl Scenario {
     ///
     /// If the text is not TOML, has unknown or missing keys, or describes something that cannot be run.
     pub fn parse(file: &str, text: &str) -> Result<Self, ScenarioError> {
-        check::scenario(file, &raw::parse(file, text)?)
+        check::scenario(file, &toml_document::<raw::RawScenario>(file, text)?)
     }
 
     /// The same experiment with these checkpoints, such as a planner's.

@@ -1,6 +1,7 @@
 //! The scenario file as it is written: what serde sees, before anything is believed.
 
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 use super::error::{ScenarioError, most_similar};
 
@@ -123,8 +124,8 @@ pub(super) struct RawReplacement {
     pub delay_s: Option<f64>,
 }
 
-/// Reads the text without judging its values.
-pub(super) fn parse(file: &str, text: &str) -> Result<RawScenario, ScenarioError> {
+/// Reads a TOML text without judging its values; errors name the key and its place in the file.
+pub(crate) fn toml_document<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, ScenarioError> {
     let syntax = |error: &toml::de::Error| {
         let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));
         ScenarioError::Syntax { file: file.to_owned(), line, column, problem: one_line(error.message()) }

@@ -1,0 +1,237 @@
+//! The command line as the user types it.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use controller_core::config::Architecture;
+
+/// Training steps after which the map is as good as it gets; P1 trains longer by chance encounters.
+const STEPS: u32 = 2000;
+
+const EXAMPLES: &str = "\
+Examples (with cargo: `cargo run --release -- run p2_fig6`):
+  host_sim                                      learn a map, cross three rooms, draw the way
+  host_sim --seed 7                             the same with other noise and another start
+  host_sim run p1_fig8 --runs 100               both controllers, 100 seeds, success rates
+  host_sim run p2_fig6 --scalar fixed --json    fixed point instead of f32, result as JSON
+  host_sim train --trials 5                     how precise is what was learned?
+  host_sim scenarios p2_fig6 --print > my.toml  copy a scenario, edit it, then: run my.toml
+  host_sim config --print > config.toml         every number of the controller, for --config
+
+Exit codes: 0 ok; 1 the robot failed; 2 the request cannot be carried out, and nothing was written.";
+
+/// Simulates a Khepera that learns to move, then finds its way with cooperative Extended Kohonen Maps.
+///
+/// Without a command it does the main job: learn a map from scratch by motor babbling and online training, save it,
+/// then cross the three rooms of P2 Fig. 6 among unforeseen obstacles, under the papers' 10 % noise. P1 is Low, Leow &
+/// Ang, AAMAS 2002; P2 the same authors, ICRA 2003. A figure's scenario is called `p1_fig7`, `p2_fig6` and so on.
+#[derive(Debug, Parser)]
+#[command(name = "host_sim", version, after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    #[command(flatten)]
+    pub main_job: MainJobArgs,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a scenario, once or with many seeds
+    Run(RunArgs),
+    /// Learn a map and measure how precisely it positions the robot
+    Train(TrainArgs),
+    /// List the built-in scenarios, or show one
+    Scenarios(ScenariosArgs),
+    /// Show the planner's checkpoints for a scenario
+    Plan(PlanArgs),
+    /// Measure the speed of the simulator on one core
+    Bench(BenchArgs),
+    /// Show the configuration of the controller
+    Config(ConfigArgs),
+}
+
+/// What every command that learns needs to know.
+#[derive(Debug, Args)]
+pub struct LearningArgs {
+    /// Training steps, each of 1.024 s unless the configuration says otherwise
+    #[arg(long, value_name = "N", default_value_t = STEPS, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub steps: u32,
+    /// Arithmetic of the controller
+    #[arg(long, value_enum, default_value_t = ScalarArg::F32)]
+    pub scalar: ScalarArg,
+    /// Seed of everything that is drawn: exploration, targets, start, noise
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Configuration of the controller, see the command `config`
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct MainJobArgs {
+    #[command(flatten)]
+    pub learning: LearningArgs,
+    /// Folder for the map, the figure and the log
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  host_sim run p2_fig6 --out out                once, with figure (SVG) and log (CSV)
+  host_sim run p2_fig7 --runs 100               both controllers with seeds 1 to 100
+  host_sim run my.toml --controller fusion      a scenario of your own
+  host_sim run p2_fig6 --map out/map.ekm        with a map that was saved
+  host_sim run p2_fig6 --runs 100 --fresh-maps --controller cooperative --require 95
+
+With --runs, run i has seed N + i; the hash over all runs does not depend on --threads.")]
+pub struct RunArgs {
+    /// A built-in scenario (see `scenarios`) or a TOML file
+    pub scenario: String,
+    /// How target reaching and obstacle avoidance are integrated; default: as the scenario says, or both with --runs
+    #[arg(long, value_enum)]
+    pub controller: Option<ControllerArg>,
+    #[command(flatten)]
+    pub learning: LearningArgs,
+    /// How many runs, with consecutive seeds
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub runs: u32,
+    /// Use a saved map instead of learning one
+    #[arg(long, value_name = "FILE.ekm", conflicts_with_all = ["steps", "fresh_maps"])]
+    pub map: Option<PathBuf>,
+    /// Learn a map for each run with the run's seed, instead of one for all with the first
+    #[arg(long)]
+    pub fresh_maps: bool,
+    /// Exit with 1 unless at least so many percent of the runs of each controller succeed
+    #[arg(long, value_name = "PERCENT", value_parser = clap::value_parser!(u8).range(0..=100))]
+    pub require: Option<u8>,
+    /// Threads for the runs; default: one per core
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Write the figure (SVG) and the log (CSV) to this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  host_sim train --out map.ekm                  learn, save, measure
+  host_sim train --trials 5                     indirect and direct mapping, five maps each
+  host_sim train --mapping direct --steps 10000
+
+The test is P1's: 50 random targets in sequence, without further training, under 10 % noise.")]
+pub struct TrainArgs {
+    #[command(flatten)]
+    pub learning: LearningArgs,
+    /// Output layer of the map; default: indirect, or both with --trials
+    #[arg(long, value_enum)]
+    pub mapping: Option<MappingArg>,
+    /// Train and test so many maps, with consecutive seeds
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub trials: Option<u32>,
+    /// Threads for the trials; default: one per core
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Save the map to this file
+    #[arg(long, value_name = "FILE.ekm", conflicts_with = "trials")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct ScenariosArgs {
+    /// Show this scenario only
+    pub name: Option<String>,
+    /// Print its file, to be copied and edited
+    #[arg(long, requires = "name", conflicts_with = "json")]
+    pub print: bool,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// A built-in scenario (see `scenarios`) or a TOML file
+    pub scenario: String,
+    /// Draw world and checkpoints to this file
+    #[arg(long, value_name = "FILE.svg")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    #[command(flatten)]
+    pub learning: LearningArgs,
+    /// Missions for each controller
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub runs: u32,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct ConfigArgs {
+    /// Print every number as TOML (the default)
+    #[arg(long)]
+    pub print: bool,
+    /// Check a file and print it with all that it leaves to the defaults
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ScalarArg {
+    /// 32-bit floating point, for processors that have it
+    F32,
+    /// 32-bit fixed point with 16-bit weights, for those that do not
+    Fixed,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ControllerArg {
+    /// Cooperative EKMs with neural integration (P2)
+    Cooperative,
+    /// Braitenberg avoidance with command fusion (P1)
+    Fusion,
+}
+
+impl ControllerArg {
+    pub const ALL: [Self; 2] = [Self::Cooperative, Self::Fusion];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cooperative => "cooperative",
+            Self::Fusion => "fusion",
+        }
+    }
+
+    pub fn architecture(self) -> Architecture {
+        match self {
+            Self::Cooperative => Architecture::Cooperative,
+            Self::Fusion => Architecture::Fusion,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum MappingArg {
+    /// A 2×2 matrix per neuron: the command depends on the place (P1)
+    Indirect,
+    /// One command per neuron, P1's baseline
+    Direct,
+}

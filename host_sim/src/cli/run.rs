@@ -1,0 +1,63 @@
+//! `run`: a scenario once, or with many seeds.
+
+use controller_core::scalar::Fixed;
+use host_sim::map_store::StoredScalar;
+use host_sim::mission::MissionOptions;
+use host_sim::sil::Indirect;
+use host_sim::sweep::{self, LOG_PERIOD_MS};
+use serde_json::json;
+
+use super::args::{RunArgs, ScalarArg};
+use super::error::{CliError, Outcome};
+use super::learning::{configuration, learn, load_map, load_scenario, training_plan};
+use super::main_job::training_text;
+use super::output::{OutputFolder, print, print_json};
+use super::single_run::{SingleRun, controller_of, file_names};
+use super::sweep_run;
+use super::table::facts;
+
+pub fn run(args: &RunArgs) -> Result<Outcome, CliError> {
+    match args.learning.scalar {
+        ScalarArg::F32 => run_in::<f32>(args),
+        ScalarArg::Fixed => run_in::<Fixed>(args),
+    }
+}
+
+fn run_in<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
+    if args.runs > 1 || args.require.is_some() {
+        sweep_run::sweep_run::<S>(args)
+    } else {
+        run_once::<S>(args)
+    }
+}
+
+fn run_once<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
+    let config = configuration(&args.learning)?;
+    let scenario = load_scenario(&args.scenario)?;
+    let loaded = args.map.as_deref().map(|path| load_map::<S>(path, &config)).transpose()?;
+    let controller = args.controller.unwrap_or_else(|| controller_of(&scenario));
+    let [svg, csv] = file_names(&scenario);
+    let folder = args.out.as_deref().map(|path| OutputFolder::open(path, &[&svg, &csv])).transpose()?;
+
+    let plan = training_plan(&args.learning);
+    let (map, training, source) = if let (Some(map), Some(path)) = (loaded, &args.map) {
+        let file = path.display().to_string();
+        (map, json!({ "map": file }), ("map", file))
+    } else {
+        let learned = learn::<S, Indirect<S>>(&config, &plan)?;
+        let training = json!({ "seed": plan.seed, "steps": plan.steps });
+        (learned.map, training, ("learned", training_text(plan.steps, &config)))
+    };
+    let sample_ms = if folder.is_some() { LOG_PERIOD_MS } else { 0 };
+    let options = MissionOptions { seed: plan.seed, sample_ms };
+    let result = sweep::run_one(&scenario, &config, Some(controller.architecture()), &map, options)?;
+    let run = SingleRun { scenario: &scenario, controller, scalar: S::NAME, result: &result };
+    let files = folder.map_or_else(|| Ok(Vec::new()), |folder| run.write(&folder))?;
+    if args.json {
+        print_json(&run.json(&training, &files))?;
+    } else {
+        let wrote = if files.is_empty() { String::new() } else { format!("wrote {}\n", files.join(", ")) };
+        print(&format!("{}{}\n{wrote}{}", facts([source]), run.text(), run.verdict()))?;
+    }
+    Ok(if result.success { Outcome::Ok } else { Outcome::RobotFailed })
+}

@@ -1,0 +1,94 @@
+//! The controller's configuration as a TOML file: any number that is not in the file keeps its default.
+
+use std::path::Path;
+
+use controller_core::config::{Config, ConfigError};
+
+use crate::scenario::{ScenarioError, toml_document};
+
+/// Why a file is not a configuration.
+#[derive(Debug, thiserror::Error)]
+pub enum ConfigFileError {
+    /// It cannot be read.
+    #[error("{file}: cannot be read ({source}); `config --print` writes a file to begin with")]
+    Unreadable {
+        /// Path as given.
+        file: String,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// Not TOML, an unknown key, or a value of the wrong kind; said as for scenarios.
+    #[error(transparent)]
+    Document(#[from] ScenarioError),
+    /// A number that cannot be used.
+    #[error("{file}: {error}; change it, or leave the key out for the default")]
+    Value {
+        /// Path as given.
+        file: String,
+        /// Key, value, and what it must be.
+        error: ConfigError,
+    },
+}
+
+/// Reads and checks a file.
+///
+/// # Errors
+/// What is wrong, where, and what to do.
+pub fn load(path: &Path) -> Result<Config, ConfigFileError> {
+    let file = path.display().to_string();
+    let unreadable = |source| ConfigFileError::Unreadable { file: file.clone(), source };
+    let text = std::fs::read_to_string(path).map_err(unreadable)?;
+    parse(&file, &text)
+}
+
+/// Reads and checks a text; `file` is what errors call it.
+///
+/// # Errors
+/// As [`load`].
+pub fn parse(file: &str, text: &str) -> Result<Config, ConfigFileError> {
+    let config: Config = toml_document(file, text)?;
+    config.validate().map_err(|error| ConfigFileError::Value { file: file.to_owned(), error })?;
+    Ok(config)
+}
+
+/// A configuration as a file that [`parse`] reads back.
+///
+/// # Errors
+/// Never for a valid configuration: TOML has all its types.
+pub fn to_toml(config: &Config) -> Result<String, toml::ser::Error> {
+    toml::to_string_pretty(config)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{parse, to_toml};
+    use controller_core::config::Config;
+
+    #[test]
+    fn the_default_survives_the_way_through_a_file() {
+        let text = to_toml(&Config::default()).unwrap();
+        assert_eq!(parse("default.toml", &text).unwrap(), Config::default());
+        assert_eq!(parse("empty.toml", "").unwrap(), Config::default());
+        assert!(
+            text.contains("speed_limit_mps = 0.16\n"),
+            "floats are printed as people write them:\n{text}"
+        );
+    }
+
+    #[test]
+    fn errors_name_file_key_value_and_fix() {
+        let error = |text: &str| parse("my.toml", text).unwrap_err().to_string();
+        let unknown = error("[servo]\nstall_shore = 0.3\n");
+        assert!(
+            unknown.contains("my.toml:2:1") && unknown.contains("did you mean `stall_share`"),
+            "{unknown}"
+        );
+        let value = error("[servo]\nstall_share = 1.5\n");
+        assert!(
+            value.starts_with("my.toml: servo.stall_share = 1.5: must be between 0 and 1; change"),
+            "{value}"
+        );
+        let kind = error("[servo]\nstall_share = \"much\"\n");
+        assert!(kind.contains("servo.stall_share"), "{kind}");
+    }
+}

@@ -1,0 +1,267 @@
+//! The command line as its users meet it: text, JSON, files and exit codes of the built program.
+//!
+//! After a change of the controller's behaviour: `INSTA_UPDATE=always cargo test -p host_sim --test cli`, then look at
+//! what `git diff` says about the snapshot.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests, which clippy.toml cannot know")]
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_host_sim"));
+    command.current_dir(folder).args(arguments);
+    command
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// The text of a run that must be well.
+fn ok(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{}{}", stdout(&output), stderr(&output));
+    assert_eq!(stderr(&output), "", "no progress bars where there is no terminal: {arguments:?}");
+    stdout(&output)
+}
+
+/// The document of a command, whether or not the robot did what it should.
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let output = run(folder, arguments);
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{arguments:?}\n{}", stderr(&output));
+    serde_json::from_str(&stdout(&output)).unwrap()
+}
+
+/// Requires exit code 2, nothing on stdout, and every one of `words` in the message.
+fn assert_refused(folder: &Path, arguments: &[&str], words: &[&str]) {
+    let output = run(folder, arguments);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}\n{}{message}", stdout(&output));
+    assert_eq!(stdout(&output), "", "{arguments:?}");
+    for word in words {
+        assert!(message.contains(word), "{arguments:?} must say `{word}`:\n{message}");
+    }
+}
+
+fn files_in(folder: &Path) -> Vec<String> {
+    let name = |entry: std::io::Result<std::fs::DirEntry>| entry.unwrap().file_name().into_string().unwrap();
+    let mut names: Vec<_> = std::fs::read_dir(folder).unwrap().map(name).collect();
+    names.sort();
+    names
+}
+
+/// The value behind a name at the start of a line.
+fn fact(text: &str, name: &str) -> String {
+    let line = text.lines().find(|line| line.starts_with(name));
+    line.unwrap_or_else(|| panic!("no `{name}` in\n{text}"))[name.len()..].trim().to_owned()
+}
+
+#[test]
+fn the_main_job_learns_arrives_and_writes_three_whole_files() {
+    let folder = TempDir::new().unwrap();
+    let text = ok(folder.path(), &[]);
+    assert!(text.ends_with("ok: goal reached without contact, every checkpoint within 5 mm\n"), "{text}");
+    assert_eq!(fact(&text, "run"), "seed 1, scalar f32, controller cooperative");
+    assert_eq!(fact(&text, "contacts"), "0");
+    assert_eq!(fact(&text, "state hash").len(), 16);
+    assert_eq!(files_in(folder.path()), ["out"]);
+    let out = folder.path().join("out");
+    assert_eq!(files_in(&out), ["map.ekm", "p2_fig6.csv", "p2_fig6.svg"]);
+    let log = std::fs::read_to_string(out.join("p2_fig6.csv")).unwrap();
+    let lines: Vec<&str> = log.lines().collect();
+    assert!(lines.len() > 100 && lines.iter().all(|line| line.split(',').count() == 8), "{log}");
+    let figure = std::fs::read_to_string(out.join("p2_fig6.svg")).unwrap();
+    assert!(figure.starts_with("<svg") && figure.trim_end().ends_with("</svg>"));
+
+    // The saved map drives exactly as the one just learned, and `run` does what the main job did.
+    let again = ok(folder.path(), &["run", "p2_fig6", "--map", "out/map.ekm"]);
+    assert_eq!(fact(&again, "state hash"), fact(&text, "state hash"));
+    let relearned = ok(folder.path(), &["run", "p2_fig6"]);
+    assert_eq!(fact(&relearned, "state hash"), fact(&text, "state hash"));
+}
+
+#[test]
+fn the_main_job_works_in_fixed_point_and_its_map_is_kept_exactly() {
+    let folder = TempDir::new().unwrap();
+    let text = ok(folder.path(), &["--scalar", "fixed"]);
+    assert_eq!(fact(&text, "run"), "seed 1, scalar fixed, controller cooperative");
+    let again = ok(folder.path(), &["run", "p2_fig6", "--scalar", "fixed", "--map", "out/map.ekm"]);
+    assert_eq!(fact(&again, "state hash"), fact(&text, "state hash"));
+    assert_refused(
+        folder.path(),
+        &["run", "p2_fig6", "--map", "out/map.ekm"],
+        &["out/map.ekm", "scalar fixed, not f32", "--scalar fixed"],
+    );
+}
+
+#[test]
+fn a_robot_that_fails_gives_exit_code_1_and_the_reason() {
+    let folder = TempDir::new().unwrap();
+    let output = run(folder.path(), &["run", "p2_fig6", "--steps", "1"]);
+    let text = stdout(&output);
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(text.contains("FAILED: goal not reached within 120 s"), "{text}");
+    let swept = run(folder.path(), &["run", "p2_fig6", "--steps", "1", "--runs", "2", "--require", "1"]);
+    assert_eq!(swept.status.code(), Some(1));
+    assert!(stdout(&swept).contains("FAILED: success in less than 1 %"), "{}", stdout(&swept));
+}
+
+#[test]
+fn the_hash_over_many_runs_depends_on_the_seed_and_not_on_the_threads() {
+    let folder = TempDir::new().unwrap();
+    let sweep = |seed: &str, threads: &str| {
+        let arguments =
+            ["run", "p2_fig5", "--steps", "500", "--runs", "3", "--seed", seed, "--threads", threads];
+        fact(&ok(folder.path(), &arguments), "sweep hash")
+    };
+    let one = sweep("1", "1");
+    assert_eq!(one, sweep("1", "1"));
+    assert_eq!(one, sweep("1", "2"));
+    assert_ne!(one, sweep("2", "2"));
+}
+
+#[test]
+fn maps_of_their_own_make_each_run_a_main_job() {
+    let folder = TempDir::new().unwrap();
+    let arguments = ["run", "p2_fig5", "--steps", "300", "--runs", "2", "--fresh-maps", "--json"];
+    let sweep = json(folder.path(), &arguments);
+    let single = json(folder.path(), &["run", "p2_fig5", "--steps", "300", "--seed", "2", "--json"]);
+    assert_eq!(sweep["controllers"][0]["runs"][1]["hash"], single["result"]["hash"]);
+}
+
+#[test]
+fn a_small_sweep_is_as_committed() {
+    let folder = TempDir::new().unwrap();
+    insta::assert_snapshot!("sweep", ok(folder.path(), &["run", "p2_fig5", "--runs", "8"]));
+}
+
+#[test]
+fn json_is_one_document_for_every_command_that_offers_it() {
+    let folder = TempDir::new().unwrap();
+    let once = json(folder.path(), &["run", "p2_fig5", "--json", "--out", "o"]);
+    assert_eq!(once["result"]["hash"].as_str().unwrap().len(), 16);
+    assert_eq!(once["files"].as_array().unwrap().len(), 2);
+    let main_job = json(folder.path(), &["--json"]);
+    assert_eq!((&main_job["scenario"], &main_job["result"]["success"]), (&"p2_fig6".into(), &true.into()));
+    let sweep = json(folder.path(), &["run", "p2_fig5", "--runs", "2", "--json", "--out", "o"]);
+    assert_eq!(sweep["controllers"].as_array().unwrap().len(), 2);
+    assert_eq!(sweep["controllers"][1]["runs"].as_array().unwrap().len(), 2);
+    assert_eq!(files_in(&folder.path().join("o")).len(), 4);
+    let scenarios = json(folder.path(), &["scenarios", "--json"]);
+    assert_eq!(scenarios.as_array().unwrap().len(), 7);
+    let plan = json(folder.path(), &["plan", "p2_fig6", "--json", "--out", "plan.svg"]);
+    assert_eq!((plan["checkpoints"].as_array().unwrap().len(), &plan["file"]), (3, &"plan.svg".into()));
+    let bench = json(folder.path(), &["bench", "--runs", "1", "--steps", "100", "--json"]);
+    assert!(bench["speeds"][0]["times_real_time"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn training_is_measured_for_both_mappings_and_saved_on_request() {
+    let folder = TempDir::new().unwrap();
+    let trials = json(folder.path(), &["train", "--trials", "2", "--json"]);
+    let error = |mapping: usize| trials["mappings"][mapping]["all"]["mean_error_m"].as_f64().unwrap();
+    assert_eq!(trials["mappings"][0]["mapping"], "indirect");
+    assert!(error(0) < error(1), "P1: the indirect map is the more precise one: {trials}");
+    let text = ok(folder.path(), &["train", "--steps", "300", "--out", "my.ekm"]);
+    assert!(text.contains("wrote my.ekm"), "{text}");
+    assert_eq!(files_in(folder.path()), ["my.ekm"]);
+    assert_refused(
+        folder.path(),
+        &["train", "--mapping", "direct", "--out", "d.ekm"],
+        &["indirect maps only"],
+    );
+}
+
+#[test]
+fn help_gives_examples() {
+    let folder = TempDir::new().unwrap();
+    for arguments in [&["--help"][..], &["run", "--help"], &["train", "--help"]] {
+        let text = ok(folder.path(), arguments);
+        assert!(text.contains("Examples") && text.contains("\n  host_sim "), "{text}");
+    }
+}
+
+#[test]
+fn what_is_printed_can_be_copied_edited_and_used() {
+    let folder = TempDir::new().unwrap();
+    let scenario = ok(folder.path(), &["scenarios", "p2_fig6", "--print"]);
+    std::fs::write(folder.path().join("mine.toml"), &scenario).unwrap();
+    std::fs::write(folder.path().join("config.toml"), ok(folder.path(), &["config", "--print"])).unwrap();
+    let mine = ok(folder.path(), &["run", "mine.toml", "--config", "config.toml"]);
+    let builtin = ok(folder.path(), &["run", "p2_fig6"]);
+    assert_eq!(fact(&mine, "state hash"), fact(&builtin, "state hash"));
+
+    // The last doorway walled up on the planner's map: an answer, not a misuse.
+    let closed = scenario + "\n[[walls]]\nrectangle = [[1.10, 0.42], [1.12, 0.58]]\n";
+    std::fs::write(folder.path().join("closed.toml"), closed).unwrap();
+    for command in ["run", "plan"] {
+        let output = run(folder.path(), &[command, "closed.toml"]);
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert!(
+            stderr(&output).contains("no plan") && stderr(&output).contains("walls"),
+            "{}",
+            stderr(&output)
+        );
+    }
+}
+
+#[test]
+fn wrong_requests_are_refused_with_a_remedy() {
+    let folder = TempDir::new().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("bad.toml", "name = 1\n");
+    write("key.toml", "[servo]\nstal_share = 0.2\n");
+    write("value.toml", "[servo]\nstall_share = 2\n");
+    let refused = |arguments: &[&str], words: &[&str]| assert_refused(folder.path(), arguments, words);
+    refused(&["--nonsense"], &["--nonsense", "--help"]);
+    refused(&["run"], &["<SCENARIO>"]);
+    refused(&["run", "p2_fig66"], &["did you mean `p2_fig6`", "p1_fig7", "p2_fig7"]);
+    refused(&["run", "bad.toml"], &["bad.toml:1", "`name`"]);
+    refused(&["run", "p2_fig6", "--controller", "magic"], &["cooperative, fusion"]);
+    refused(&["run", "p2_fig6", "--runs", "0"], &["--runs"]);
+    refused(&["run", "p2_fig6", "--seed", "18446744073709551615", "--runs", "2"], &["--seed", "smaller"]);
+    refused(&["run", "p2_fig6", "--map", "none.ekm"], &["none.ekm", "train --out none.ekm"]);
+    refused(&["run", "p2_fig6", "--map", "bad.toml"], &["bad.toml", "train"]);
+    refused(&["run", "p2_fig6", "--map", "m.ekm", "--steps", "9"], &["--map", "--steps"]);
+    refused(&["--config", "key.toml"], &["key.toml:2", "servo.stal_share", "did you mean `stall_share`"]);
+    refused(&["--config", "value.toml"], &["value.toml", "servo.stall_share = 2", "between 0 and 1"]);
+    refused(&["--config", "none.toml"], &["none.toml", "config --print"]);
+    assert_eq!(files_in(folder.path()), ["bad.toml", "key.toml", "value.toml"], "nothing was written");
+}
+
+#[test]
+fn output_that_cannot_be_written_is_refused_before_the_work_and_leaves_nothing() {
+    let folder = TempDir::new().unwrap();
+    std::fs::write(folder.path().join("file"), "mine").unwrap();
+    std::fs::create_dir_all(folder.path().join("taken/p2_fig6.svg")).unwrap();
+    assert_refused(folder.path(), &["--out", "file"], &["file", "--out"]);
+    assert_refused(folder.path(), &["run", "p2_fig6", "--out", "file/below"], &["file/below", "--out"]);
+    assert_refused(folder.path(), &["--out", "taken"], &["taken/p2_fig6.svg", "it is a folder"]);
+    assert_refused(folder.path(), &["train", "--out", "taken"], &["taken", "it is a folder"]);
+    assert_refused(folder.path(), &["plan", "p2_fig6", "--out", "new/"], &["not the name of a file"]);
+    assert_eq!(files_in(folder.path()), ["file", "taken"]);
+    assert_eq!(files_in(&folder.path().join("taken")), ["p2_fig6.svg"]);
+    assert_eq!(std::fs::read_to_string(folder.path().join("file")).unwrap(), "mine");
+}
+
+#[test]
+fn a_reader_that_went_away_is_no_error() {
+    let folder = TempDir::new().unwrap();
+    let mut main_job = command(folder.path(), &[]);
+    let mut child = main_job.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // Learning takes far longer than this, so the pipe is closed when the table is printed.
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""));
+}
