@@ -33,7 +33,8 @@ fn results<S: Scalar, O: Output<S>>() -> Vec<TargetResult> {
 
 /// P(ε).
 fn probability(results: &[TargetResult], epsilon_m: f64) -> f64 {
-    let near: Vec<f64> = results.iter().map(|result| f64::from(u8::from(result.nearest_m < epsilon_m))).collect();
+    let near: Vec<f64> =
+        results.iter().map(|result| f64::from(u8::from(result.nearest_m < epsilon_m))).collect();
     mean(&near)
 }
 
@@ -72,11 +73,17 @@ fn every_target_is_reached_at_the_pace_of_the_analytic_inverse<S: Scalar>() {
     let analytic = analytic_steps_per_metre();
     let pace = |results| summarise(results).steps_per_metre;
     let (indirect_pace, direct_pace) = (pace(&indirect), pace(&direct));
-    println!("{} T(25 mm): {indirect_pace:.2} indirect, {direct_pace:.2} direct, {analytic:.2} analytic", S::NAME);
+    println!(
+        "{} T(25 mm): {indirect_pace:.2} indirect, {direct_pace:.2} direct, {analytic:.2} analytic",
+        S::NAME
+    );
     assert!(probability(&indirect, 0.025) >= 0.99, "P(25 mm)");
     assert!(probability(&indirect, 0.005) >= 0.99, "P(5 mm), the papers' tolerance of a checkpoint");
     assert!((indirect_pace / analytic - 1.0).abs() <= 0.15, "{indirect_pace} against {analytic}");
-    assert!(indirect_pace <= 1.1 * direct_pace, "no slower than the baseline: {indirect_pace}, {direct_pace}");
+    assert!(
+        indirect_pace <= 1.1 * direct_pace,
+        "no slower than the baseline: {indirect_pace}, {direct_pace}"
+    );
 }
 
 for_each_scalar!(every_target_is_reached_at_the_pace_of_the_analytic_inverse);
@@ -85,7 +92,8 @@ for_each_scalar!(every_target_is_reached_at_the_pace_of_the_analytic_inverse);
 #[test]
 fn the_analytic_arc_ends_at_its_target() {
     let robot = ArcRobot { wheel_base_m: 0.053, reach_m: 0.164, far_share: 2.0, behind_share: 0.25 };
-    for (bearing, distance) in [(0.0, 0.1), (0.4, 0.12), (-0.9, 0.08), (1.5, 0.03), (3.0, 0.03), (-2.0, 0.02)] {
+    for (bearing, distance) in [(0.0, 0.1), (0.4, 0.12), (-0.9, 0.08), (1.5, 0.03), (3.0, 0.03), (-2.0, 0.02)]
+    {
         let start = Place { position: Point2::new(0.3, -0.2), heading_rad: 2.0 };
         let (sin, cos) = f64::sin_cos(start.heading_rad + bearing);
         let target = start.position + nalgebra::Vector2::new(cos, sin) * distance;

@@ -35,7 +35,11 @@ fn extent_m<S: Scalar, O: Output<S>>(map: &HostMap<S, O>, reach_m: f64) -> f64 {
 }
 
 /// The displacements, as points of the robot frame in m, of two steps of one command from rest, without noise.
-fn two_steps<S: Scalar>(config: &Config, p: &Parameters<S, 12>, command: WheelSpeeds<S>) -> [Vector2<f64>; 2] {
+fn two_steps<S: Scalar>(
+    config: &Config,
+    p: &Parameters<S, 12>,
+    command: WheelSpeeds<S>,
+) -> [Vector2<f64>; 2] {
     let start = TruePose { position: Point2::origin(), heading_rad: 0.0 };
     let model = KheperaModel::new(&config.robot, &config.servo, 0.0);
     let mut robot = Khepera::new(model, start, Stream::new(1, Purpose::Slip));
@@ -48,7 +52,8 @@ fn two_steps<S: Scalar>(config: &Config, p: &Parameters<S, 12>, command: WheelSp
             let counted = EncoderCounts { left: now.left - last.left, right: now.right - last.right };
             last = now;
             let drive = servo.step(&p.servo, command, counted);
-            let drive = controller_core::units::WheelDrive { left: drive.left.to_f32(), right: drive.right.to_f32() };
+            let drive =
+                controller_core::units::WheelDrive { left: drive.left.to_f32(), right: drive.right.to_f32() };
             let way = robot.tick(drive);
             robot.place(robot.pose().position + way);
         }
@@ -79,7 +84,10 @@ fn the_map_reaches_as_far_as_the_robot_and_tells_the_truth<S: Scalar>() {
         let extent = extent_m(&map, reach_m);
         let direct = extent_m(&trained::<S, Direct<S>>(seed, STEPS), reach_m);
         let neurons = map.trained_count();
-        println!("{} trial {seed}: {neurons} neurons trained, up to {extent:.3} m; direct {direct:.3} m", S::NAME);
+        println!(
+            "{} trial {seed}: {neurons} neurons trained, up to {extent:.3} m; direct {direct:.3} m",
+            S::NAME
+        );
         assert!((0.14..=0.17).contains(&extent), "extent {extent}");
         assert!(neurons >= 150, "most of the map is in use: {neurons}");
         for (index, place) in map.places(Eligible::Trained) {

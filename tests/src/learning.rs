@@ -31,7 +31,8 @@ pub fn trained_under<S: Scalar, O: Output<S>>(
 ) -> HostMap<S, O> {
     let world = World::default();
     let plan = TrainingPlan { seed, ..TrainingPlan::default() };
-    let mut training = Training::<S, O>::new(config, plan, noise, &world).expect("the configuration is valid");
+    let mut training =
+        Training::<S, O>::new(config, plan, noise, &world).expect("the configuration is valid");
     training.run(steps);
     training.controller().controller.map().clone()
 }
