@@ -576,11 +576,21 @@ impl Config {
     /// Validates, and converts into the controller's scalar and units.
     ///
     /// # Errors
-    /// As [`Config::validate`].
+    /// As [`Config::validate`], and where the scalar cannot hold the robot's counts per radian.
     pub fn build<S: Scalar, const SENSORS: usize>(&self) -> Result<Parameters<S, SENSORS>, ConfigError> {
         self.validate()?;
         let s = S::from_f32;
         let (robot, reach_m) = (&self.robot, self.reach_m());
+        let counts_per_radian = robot.encoder_counts_per_m * robot.wheel_base_m;
+        // The only number that valid fields can bring beyond what fixed point holds in a robot one could build.
+        if s(counts_per_radian).to_f32() < 0.99 * counts_per_radian {
+            let must = "at most 2,000 / robot.wheel_base_m in fixed point (divide finer encoders)";
+            return Err(ConfigError {
+                field: "robot.encoder_counts_per_m",
+                value: robot.encoder_counts_per_m,
+                must,
+            });
+        }
         Ok(Parameters {
             architecture: self.architecture,
             schedule: Schedule {
@@ -595,8 +605,8 @@ impl Config {
                 range_m: s(robot.sensor_range_m),
             },
             odometry: OdometryParameters {
-                half_counts_per_decimetre: s(robot.encoder_counts_per_m * 0.2),
-                counts_per_radian: s(robot.encoder_counts_per_m * robot.wheel_base_m),
+                half_counts_per_5_cm: s(robot.encoder_counts_per_m * 0.1),
+                counts_per_radian: s(counts_per_radian),
             },
             servo: self.servo_parameters(),
             learning: self.learning_parameters(),
@@ -787,13 +797,34 @@ pub struct Parameters<S, const SENSORS: usize> {
 mod tests {
     extern crate std;
     use super::Config;
-    use crate::scalar::Fixed;
+    use crate::scalar::{Fixed, Scalar};
     use std::string::ToString;
 
     #[test]
     fn the_default_is_valid_for_both_scalars() {
         Config::default().build::<f32, 12>().unwrap();
         Config::default().build::<Fixed, 12>().unwrap();
+    }
+
+    #[test]
+    fn what_fixed_point_cannot_hold_is_refused() {
+        let mut config = Config::default();
+        config.robot.wheel_base_m = 0.5;
+        config.build::<f32, 12>().unwrap();
+        assert_eq!(config.build::<Fixed, 12>().unwrap_err().field, "robot.encoder_counts_per_m");
+        config.robot.encoder_counts_per_m = 3900.0;
+        config.build::<Fixed, 12>().unwrap();
+    }
+
+    #[test]
+    fn no_count_saturates_in_fixed_point() {
+        for counts_per_m in [100.0, 12_000.0, 20_000.0] {
+            let mut config = Config::default();
+            config.robot.encoder_counts_per_m = counts_per_m;
+            let odometry = config.build::<Fixed, 12>().unwrap().odometry;
+            let five_cm = counts_per_m * 2.0 * 0.05;
+            assert!((odometry.half_counts_per_5_cm.to_f32() - five_cm).abs() < 1e-3 * five_cm);
+        }
     }
 
     #[test]

@@ -122,7 +122,8 @@ pub struct Controller<
 > {
     map: Map<S, O, COLUMNS, ROWS>,
     standing: Standing<S, COLUMNS, ROWS, SENSORS>,
-    scan: Stamped<Scan<S, SENSORS>>,
+    /// The last scan; none has come yet at first, and then the robot does not navigate.
+    scan: Option<Stamped<Scan<S, SENSORS>>>,
     memory: ObstacleMemory<S, MEMORY_POINTS>,
     trail: Trail<S, TRAIL_POINTS>,
     detour: Detour<S>,
@@ -161,7 +162,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
                 command: Stamped::default(),
                 decision: Decision::default(),
             },
-            scan: Stamped::default(),
+            scan: None,
             memory: ObstacleMemory::default(),
             trail: Trail::default(),
             detour: Detour::default(),
@@ -183,7 +184,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             self.fix_pose(pose);
         }
         if let Some(scan) = inputs.scan {
-            self.scan = Stamped::new(scan, now);
+            self.scan = Some(Stamped::new(scan, now));
         }
         let (drive, stopped) = self.servo_tick(p, now, inputs.encoders);
         let reached = self.arrive(p, now);
@@ -238,8 +239,9 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             Mode::Navigate => Some(p.schedule.avoidance_period_ms),
         };
         Conditions {
-            untrained: navigating && self.map.trained_count() == 0,
-            scan_age_ms: navigating.then(|| (self.scan.age_ms(now), p.scan_age_max_ms)),
+            untrained: navigating && !self.map.is_trained(),
+            scan_age_ms: navigating
+                .then(|| (self.scan.map_or(Tick::MAX, |scan| scan.age_ms(now)), p.scan_age_max_ms)),
             command_age_ms: period.map(|period| {
                 (self.standing.command.age_ms(now), p.command_age_max_ms.saturating_add(period))
             }),
@@ -271,12 +273,13 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
 
     /// Obstacle avoidance: the latched scan renews the obstacle fields (P2), or the avoiding command (P1).
     pub fn avoid(&mut self, p: &Parameters<S, SENSORS>, now: Tick) {
+        let scan = self.scan.map_or(Scan::EMPTY, |scan| scan.value);
         if p.architecture == Architecture::Fusion {
-            self.standing.avoidance = p.wiring.avoid(&p.avoidance, &self.scan.value);
+            self.standing.avoidance = p.wiring.avoid(&p.avoidance, &scan);
             return;
         }
         let pose = self.pose(p);
-        let seen = detections(&p.proximity, &self.scan.value);
+        let seen = detections(&p.proximity, &scan);
         self.standing.points = seen.iter().map(|place| place.to_point()).collect();
         let period = p.schedule.avoidance_period_ms;
         self.memory.age(&p.memory, period);

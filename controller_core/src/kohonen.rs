@@ -20,3 +20,6 @@ pub mod map;
 pub mod output;
 
 pub mod self_organisation;
+
+#[cfg(test)]
+mod tests;

@@ -6,3 +6,6 @@
 pub mod proximity;
 
 pub mod odometry;
+
+#[cfg(test)]
+mod tests;

@@ -192,3 +192,6 @@ impl<S: Scalar> WheelSpeeds<S> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,7 +2,8 @@
 //!
 //! # What is here
 //!
-//! [`board`]: the two boards, with the number type their controller computes with, their memory and their clock.
+//! * [`board`]: the two boards, with the number type their controller computes with, their memory and their clock
+//! * [`controller`]: the controller as they run it; building this crate compiles it for the target and checks its size
 //!
 //! # What is not here yet
 //!
@@ -12,3 +13,5 @@
 #![forbid(unsafe_code)]
 
 pub mod board;
+
+pub mod controller;

@@ -110,6 +110,12 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
         self.won.iter().map(|column| column.count_ones()).sum()
     }
 
+    /// Whether any neuron has won in training.
+    #[must_use]
+    pub fn is_trained(&self) -> bool {
+        self.won.iter().any(|&column| column != 0)
+    }
+
     /// All eligible neurons with their index and weight, column by column.
     pub fn places(&self, eligible: Eligible) -> impl Iterator<Item = (NeuronIndex, Features<S>)> + '_ {
         self.neurons.iter().zip(&self.won).enumerate().flat_map(move |(column, (neurons, won))| {

@@ -28,29 +28,43 @@ use crate::units::{Polar, Pose};
 pub struct Annealing<S> {
     first: S,
     last: S,
-    /// ln(first / last) per step.
-    decay_per_step: S,
-    steps: i32,
+    /// ln(first / last) per block of steps.
+    decay_per_block: S,
+    /// A block has 2 to this power of steps: one, unless so many steps would leave the range of fixed point.
+    block_exponent: u16,
+    steps: u16,
 }
+
+/// Blocks of a schedule at most; a number that fixed point holds.
+const SCHEDULE_BLOCKS: u16 = 2000;
 
 impl<S: Scalar> Annealing<S> {
     /// From `first` to `last` (both positive) within `steps` steps.
     #[must_use]
     pub fn new(first: f32, last: f32, steps: u16) -> Self {
         let steps = steps.max(1);
+        let mut block_exponent = 0;
+        while steps >> block_exponent > SCHEDULE_BLOCKS {
+            block_exponent += 1;
+        }
+        let block = f32::from(1_u16 << block_exponent);
         Self {
             first: S::from_f32(first),
             last: S::from_f32(last),
-            decay_per_step: S::from_f32(libm::logf(first / last) / f32::from(steps)),
-            steps: i32::from(steps),
+            decay_per_block: S::from_f32(libm::logf(first / last) * block / f32::from(steps)),
+            block_exponent,
+            steps,
         }
     }
 
     /// The value at a step.
     #[must_use]
     pub fn at(&self, step: u32) -> S {
-        match i32::try_from(step) {
-            Ok(step) if step < self.steps => self.first * (self.decay_per_step * S::from_i32(step)).exp_neg(),
+        match u16::try_from(step) {
+            Ok(step) if step < self.steps => {
+                let block = S::from_i32(i32::from(step >> self.block_exponent));
+                self.first * (self.decay_per_block * block).exp_neg()
+            }
             _ => self.last,
         }
     }

@@ -10,9 +10,10 @@ use crate::units::{EncoderCounts, Pose, wrap};
 /// The robot's geometry as the encoders see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryParameters<S> {
-    /// Counts of both wheels together for one decimetre of way. A decimetre, since the counts of a metre would leave
-    /// the range of fixed point; to divide by, since metres per count would be rounded by up to a percent.
-    pub half_counts_per_decimetre: S,
+    /// Counts of both wheels together for 5 cm of way. Not for a metre or a decimetre, since with 12 counts per
+    /// millimetre those leave the range of fixed point; to divide by, since metres per count would be rounded by up to a
+    /// percent.
+    pub half_counts_per_5_cm: S,
     /// Counts of difference between the wheels for one radian of heading.
     pub counts_per_radian: S,
 }
@@ -88,8 +89,8 @@ impl<S: Scalar> Odometry<S> {
     /// The pose now.
     #[must_use]
     pub fn pose(&self, p: &OdometryParameters<S>) -> Pose<S> {
-        let decimetre = S::from_f32(0.1);
-        let metres = |half_counts: S| half_counts / p.half_counts_per_decimetre * decimetre;
+        let five_cm = S::from_f32(0.05);
+        let metres = |half_counts: S| half_counts / p.half_counts_per_5_cm * five_cm;
         Pose {
             x_m: self.anchor.x_m + metres(self.way_x),
             y_m: self.anchor.y_m + metres(self.way_y),

@@ -1,0 +1,105 @@
+//! Bar: a run is (commit, seed, scenario), whatever else the machine does.
+//!
+//! * **Goal**: the same seed gives the same state hash, on one thread and on two; another seed, or one other input, another.
+//! * **Method**: P2 Fig. 6 under noise, from a map that was trained in the same run. The hash covers every command, every drive
+//!   and every true pose. The canary changes one reading of one scan by 5 mm: a hash that does not notice hashes nothing.
+//! * **Tolerance**: none.
+
+use controller_core::config::Config;
+use controller_core::controller::{Inputs, Mode, Outputs};
+use controller_core::planning::checkpoint::CheckpointError;
+use controller_core::scalar::Scalar;
+use controller_core::schedule::{Schedule, Tick};
+use controller_core::units::Point;
+use host_sim::mission::{self, MissionOptions, config_for};
+use host_sim::scenario::Scenario;
+use host_sim::sil::{ControllerPort, HostMap, Sil};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use tests::for_each_scalar;
+use tests::learning::{Indirect, trained};
+
+/// Training steps: enough to move with sense.
+const STEPS: u32 = 600;
+
+/// A controller that reads one thing wrong once.
+struct Canary<C> {
+    inner: C,
+    /// At this tick every range is read 5 mm longer.
+    at: Tick,
+}
+
+impl<C: ControllerPort> ControllerPort for Canary<C> {
+    fn step(&mut self, now: Tick, inputs: &Inputs<f32, 12>) -> Outputs<f32> {
+        let mut inputs = *inputs;
+        if now == self.at
+            && let Some(scan) = &mut inputs.scan
+            && let Some(range) = scan.range_m.iter_mut().flatten().next()
+        {
+            *range += 0.005;
+        }
+        self.inner.step(now, &inputs)
+    }
+
+    fn schedule(&self) -> Schedule {
+        self.inner.schedule()
+    }
+
+    fn set_mode(&mut self, mode: Mode, now: Tick) {
+        self.inner.set_mode(mode, now);
+    }
+
+    fn arm(&mut self) {
+        self.inner.arm();
+    }
+
+    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<(), CheckpointError> {
+        self.inner.set_checkpoints(checkpoints)
+    }
+
+    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<(), CheckpointError> {
+        self.inner.replace_checkpoint(number, checkpoint)
+    }
+
+    fn hash(&self) -> u64 {
+        self.inner.hash()
+    }
+}
+
+/// The hash of a mission; `wrong_at` is the canary's tick.
+fn hash_of<S: Scalar>(map: &HostMap<S, Indirect<S>>, seed: u64, wrong_at: Tick) -> u64 {
+    let mut scenario = Scenario::builtin("p2_fig6").unwrap();
+    scenario.time_limit_s = scenario.time_limit_s.min(30.0);
+    let config = config_for(&scenario, &Config::default(), None);
+    let inner = Sil::trained(&config, map.clone(), STEPS).unwrap();
+    let controller = Canary { inner, at: wrong_at };
+    mission::run(&scenario, controller, &config, MissionOptions { seed, sample_ms: 0 }).unwrap().hash
+}
+
+/// A tick at which nothing is scanned.
+const NEVER: Tick = Tick::MAX;
+
+fn same_seed_same_hash_and_one_reading_matters<S: Scalar>() {
+    let map = trained::<S, Indirect<S>>(1, STEPS);
+    assert!(map == trained::<S, Indirect<S>>(1, STEPS), "training itself repeats");
+    assert!(map != trained::<S, Indirect<S>>(2, STEPS), "and depends on its seed");
+    let first = hash_of(&map, 1, NEVER);
+    println!("{} seed 1: {first:016x}", S::NAME);
+    assert_eq!(first, hash_of(&map, 1, NEVER), "same seed");
+    assert_ne!(first, hash_of(&map, 2, NEVER), "another seed");
+    // Some scan of the first second sees something.
+    let noticed = (0..8).filter(|scan| hash_of(&map, 1, 128 * scan) != first).count();
+    assert!(noticed > 0, "the canary");
+}
+
+fn threads_do_not_matter<S: Scalar>() {
+    let on_threads = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let hash = |seed: u64| hash_of(&trained::<S, Indirect<S>>(seed, 200), seed, NEVER);
+            (1..=4_u64).into_par_iter().map(hash).collect::<Vec<u64>>()
+        })
+    };
+    assert_eq!(on_threads(1), on_threads(2));
+}
+
+for_each_scalar!(same_seed_same_hash_and_one_reading_matters, threads_do_not_matter);
