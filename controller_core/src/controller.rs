@@ -271,9 +271,13 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         Some(reached)
     }
 
+    fn latched_scan(&self) -> Scan<S, SENSORS> {
+        self.scan.map_or(Scan::EMPTY, |scan| scan.value)
+    }
+
     /// Obstacle avoidance: the latched scan renews the obstacle fields (P2), or the avoiding command (P1).
     pub fn avoid(&mut self, p: &Parameters<S, SENSORS>, now: Tick) {
-        let scan = self.scan.map_or(Scan::EMPTY, |scan| scan.value);
+        let scan = self.latched_scan();
         if p.architecture == Architecture::Fusion {
             self.standing.avoidance = p.wiring.avoid(&p.avoidance, &scan);
             return;
@@ -311,10 +315,11 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     /// Target reaching: the current checkpoint renews the target field (P2), or the command for it (P1).
     pub fn reach(&mut self, p: &Parameters<S, SENSORS>, now: Tick) {
         let seen = self.checkpoints.current().map(|at| self.pose(p).see(at));
+        let scan = self.latched_scan();
         match p.architecture {
             Architecture::Cooperative => {
                 let field = seen.and_then(|target| {
-                    let detections = detections(&p.proximity, &self.scan.value);
+                    let detections = detections(&p.proximity, &scan);
                     let place =
                         self.detour.direct(&p.detour, target, &detections, p.schedule.target_period_ms);
                     TargetField::localise(
