@@ -54,7 +54,8 @@ pub enum Command {
 #[derive(Debug, Args)]
 pub struct LearningArgs {
     /// Training steps, each of 1.024 s unless the configuration says otherwise
-    #[arg(long, value_name = "N", default_value_t = STEPS, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = STEPS)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub steps: u32,
     /// Arithmetic of the controller
     #[arg(long, value_enum, default_value_t = ScalarArg::F32)]

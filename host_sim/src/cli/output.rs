@@ -37,8 +37,8 @@ pub fn hex(hash: u64) -> String {
 
 /// A folder that files will be written to.
 ///
-/// [`OutputFolder::open`] is for before the long work: it proves that the files can be written and leaves nothing behind
-/// but the folder itself. Each file is written beside its place and then moved there, so that it is whole or not there.
+/// [`OutputFolder::open`] is for before the long work: it proves that the files can be written and leaves nothing
+/// behind but the folder itself. Each file is written beside its place and then moved there, so it is whole or absent.
 #[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
