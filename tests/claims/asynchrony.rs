@@ -7,6 +7,7 @@
 //! * **Paper**: avoidance 128 ms; target reaching 256 ms (P2) and 1024 ms (P1); integration when either has renewed its part;
 //!   the planner may replace checkpoints under way or be absent.
 //! * **Tolerance**: none, ticks are exact.
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use controller_core::config::{Architecture, Config, Parameters};
 use controller_core::controller::{Controller, Inputs, Mode, Outputs};

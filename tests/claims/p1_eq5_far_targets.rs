@@ -10,6 +10,7 @@
 //! * **Tolerance**: saturation turns by nothing at all, the rules by α or 2α (a step of `M_k w_k` ends at bearing α, its body
 //!   turned by 2α); a quarter and a half of α separate them whatever the map's errors. Of the targets, saturation may reach
 //!   a quarter: without steering some are met by chance.
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use controller_core::config::Config;
 use controller_core::kohonen::features::{Command, Features};

@@ -13,6 +13,7 @@
 //!   of it. Half of direct's error at 500 steps: what we measure is about a fifth, and a mean of five trials, of which
 //!   one is usually unlucky, scatters by a factor of two. At 2,000 steps both maps stop within the stop rule in most
 //!   trials, so there the claim is no more than "not worse".
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use controller_core::config::Config;
 use controller_core::kohonen::output::Output;

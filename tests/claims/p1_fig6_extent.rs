@@ -11,6 +11,7 @@
 //! * **Tolerance**: 0.14 to 0.17 m for the extent: c* over a step is 0.164 m, noise adds a little, averaging over neighbours
 //!   takes some. For the truth the median is within 4 mm and the 95th percentile within 10 mm: a fiftieth of the paper's
 //!   training is done, and the outermost neurons have won only a few times, each time with up to 10 % slip (16 mm).
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use controller_core::config::{Config, Parameters};
 use controller_core::kohonen::map::Eligible;

@@ -8,6 +8,7 @@
 //!   end of the counter. Overflow checks and debug assertions are on in the test profile.
 //! * **Ours**: none of the millions fails.
 //! * **Tolerance**: none.
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use controller_core::config::{Architecture, Config, Parameters};
 use controller_core::controller::{CHECKPOINTS, Controller, Inputs, Mode};

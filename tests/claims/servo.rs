@@ -12,6 +12,7 @@
 //!   that the measured speed is rough by a few mm/s. Acceleration: 1.3 times the
 //!   limit over 20 ms, since the motor's own 20 ms lag is caught up for. After a block: no farther ahead of the reference than
 //!   the bound of the lag plus a millimetre.
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use controller_core::config::Config;
 use controller_core::scalar::Scalar;

@@ -29,15 +29,15 @@ pub struct Neuron {
 pub struct Widths {
     /// Peak of the target field.
     pub amplitude: f64,
-    /// σ_aα.
+    /// `σ_aα`.
     pub target_bearing: f64,
-    /// σ_ad.
+    /// `σ_ad`.
     pub target_distance: f64,
-    /// σ_bα.
+    /// `σ_bα`.
     pub obstacle_bearing: f64,
-    /// σ_bd at and behind the obstacle.
+    /// `σ_bd` at and behind the obstacle.
     pub obstacle_behind: f64,
-    /// σ_bd in front of it.
+    /// `σ_bd` in front of it.
     pub obstacle_front: f64,
     /// How much farther than the closest bearing A(α) reaches, in rad.
     pub tolerance: f64,
