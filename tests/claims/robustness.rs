@@ -1,11 +1,11 @@
 //! Bar: no input makes the controller panic or drive the wheels beyond their limits.
 //!
-//! * **Goal**: a million random steps with extreme inputs, both scalars: no panic, every drive a number within ±1, every
-//!   command a number within ±c*.
-//! * **Method**: each step draws its inputs from ranges that go far beyond what any sensor says (counters that jump over
-//!   their wrap-around, poses of ±10³⁰ m, negative ranges, and in a second test NaN and infinities), and now and then a new
-//!   mode, architecture, gate action or checkpoint list. Time mostly goes on by a tick, sometimes jumps, up to the
-//!   end of the counter. Overflow checks and debug assertions are on in the test profile.
+//! * **Goal**: a million random steps with extreme inputs, both scalars: no panic, every drive a number within ±1,
+//!   every command a number within ±c*.
+//! * **Method**: each step draws its inputs from ranges that go far beyond what any sensor says (counters that jump
+//!   over their wrap-around, poses of ±10³⁰ m, negative ranges, and in a second test NaN and infinities), and now and
+//!   then a new mode, architecture, gate action or checkpoint list. Time mostly goes on by a tick, sometimes jumps,
+//!   up to the end of the counter. Overflow checks and debug assertions are on in the test profile.
 //! * **Ours**: none of the millions fails.
 //! * **Tolerance**: none.
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
@@ -91,8 +91,9 @@ impl Extremes {
     fn scalar<S: Scalar>(&mut self) -> S {
         let number = self.number();
         if number.is_nan() {
-            // What a division of two broken readings gives: NaN in f32, a saturated number in fixed point.
-            return (S::ZERO / S::ZERO) * S::from_f32(f32::INFINITY);
+            // What the difference of two broken readings gives: NaN in f32, zero in fixed point.
+            let endless = S::from_f32(f32::INFINITY);
+            return endless - endless;
         }
         S::from_f32(number)
     }

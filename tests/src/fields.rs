@@ -6,7 +6,8 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-/// A place: bearing in rad, distance in units of the reach (negative: behind, see `controller_core::kohonen::features`).
+/// A place: bearing in rad, distance in units of the reach (negative: behind, see
+/// `controller_core::kohonen::features`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// α.
@@ -92,7 +93,8 @@ pub fn localise(neurons: &[Neuron], widths: &Widths, place: Place) -> Winner {
     let least = squared(best);
     let rivals = neurons.iter().enumerate().filter(|&(rival, _)| rival != index);
     let margin = rivals.map(|(_, rival)| {
-        // A rival needs to be admitted, and to be nearer; both must be missed by little for the winner to be in doubt.
+        // A rival needs to be admitted, and to be nearer; both must be missed by little for the winner to be in
+        // doubt.
         (off(rival).abs() - limit).max(squared(rival) - least)
     });
     let doubt = (limit - off(best).abs()).min(margin.fold(f64::INFINITY, f64::min));
