@@ -91,9 +91,8 @@ impl Extremes {
     fn scalar<S: Scalar>(&mut self) -> S {
         let number = self.number();
         if number.is_nan() {
-            // What the difference of two broken readings gives: NaN in f32, zero in fixed point.
-            let endless = S::from_f32(f32::INFINITY);
-            return endless - endless;
+            // What the sum of two broken readings gives: NaN in f32, zero in fixed point.
+            return S::from_f32(f32::INFINITY) + S::from_f32(f32::NEG_INFINITY);
         }
         S::from_f32(number)
     }
