@@ -2,9 +2,9 @@
 //!
 //! * **Goal**: the map covers what one step can reach, and each neuron's command leads to its own place.
 //! * **Method**: three maps after 2,000 steps under noise. Extent: largest d of the neurons that have won. Truth: in
-//!   a robot without noise, M_k w_k is held for one step, from rest and again while rolling (a second step of the
-//!   same command), and the displacement is compared with w_k. The map has learnt from moves that began at whatever
-//!   speed the one before ended with, so its w_k lie between the two; the mean of both is what is judged.
+//!   a robot without noise, `M_k w_k` is held for one step, from rest and again while rolling (a second step of the
+//!   same command), and the displacement is compared with `w_k`. The map has learnt from moves that began at whatever
+//!   speed the one before ended with, so its `w_k` lie between the two; the mean of both is what is judged.
 //! * **Paper**: indirect up to d = 0.16 m, direct up to 0.11 m.
 //! * **Ours**: `docs/numbers.md`. Direct reaches as far as indirect here, since far targets are aimed at by half
 //!   their bearing whatever the mapping.
