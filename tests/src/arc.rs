@@ -1,9 +1,9 @@
 //! The inverse that the map has to learn, worked out in `f64`: the arc that ends at the target.
 //!
 //! A differential drive at constant wheel speeds moves on a circle. The chord to a place at bearing α and distance d
-//! belongs to an arc of length d · α / sin α on which the body turns by 2α. This robot has no inertia and no noise, so it
-//! is a lower bound of what a trained map can do, under the same rules (half the bearing for far places, turning on
-//! the spot for places behind, nothing beyond c*).
+//! belongs to an arc of length d · α / sin α on which the body turns by 2α. This robot has no inertia and no noise,
+//! so it is a lower bound of what a trained map can do, under the same rules (half the bearing for far places,
+//! turning on the spot for places behind, nothing beyond c*).
 
 use nalgebra::Point2;
 

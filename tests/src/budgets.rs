@@ -1,8 +1,8 @@
 //! What the controller may take, in one place.
 //!
-//! A ratchet stands a little above what was measured. A test that says "passed its ratchet" means: the controller grew.
-//! If it was meant to, raise the number here in a commit of its own and say what the bytes are for; the bar itself
-//! is a promise to users and does not move.
+//! A ratchet stands a little above what was measured. A test that says "passed its ratchet" means: the controller
+//! grew. If it was meant to, raise the number here in a commit of its own and say what the bytes are for; the bar
+//! itself is a promise to users and does not move.
 
 /// Bytes of RAM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

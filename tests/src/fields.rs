@@ -6,7 +6,8 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-/// A place: bearing in rad, distance in units of the reach (negative: behind, see `controller_core::kohonen::features`).
+/// A place: bearing in rad, distance in units of the reach (negative: behind, see
+/// `controller_core::kohonen::features`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// α.
@@ -29,15 +30,15 @@ pub struct Neuron {
 pub struct Widths {
     /// Peak of the target field.
     pub amplitude: f64,
-    /// σ_aα.
+    /// `σ_aα`.
     pub target_bearing: f64,
-    /// σ_ad.
+    /// `σ_ad`.
     pub target_distance: f64,
-    /// σ_bα.
+    /// `σ_bα`.
     pub obstacle_bearing: f64,
-    /// σ_bd at and behind the obstacle.
+    /// `σ_bd` at and behind the obstacle.
     pub obstacle_behind: f64,
-    /// σ_bd in front of it.
+    /// `σ_bd` in front of it.
     pub obstacle_front: f64,
     /// How much farther than the closest bearing A(α) reaches, in rad.
     pub tolerance: f64,
@@ -92,7 +93,8 @@ pub fn localise(neurons: &[Neuron], widths: &Widths, place: Place) -> Winner {
     let least = squared(best);
     let rivals = neurons.iter().enumerate().filter(|&(rival, _)| rival != index);
     let margin = rivals.map(|(_, rival)| {
-        // A rival needs to be admitted, and to be nearer; both must be missed by little for the winner to be in doubt.
+        // A rival needs to be admitted, and to be nearer; both must be missed by little for the winner to be in
+        // doubt.
         (off(rival).abs() - limit).max(squared(rival) - least)
     });
     let doubt = (limit - off(best).abs()).min(margin.fold(f64::INFINITY, f64::min));

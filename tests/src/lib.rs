@@ -1,7 +1,7 @@
 //! What the tests of the claims share: scalars side by side, trained maps, references in `f64`, and the budgets.
 //!
-//! Each file in `claims/` is one claim of the papers or one bar of the project. It begins with goal, method, the paper's
-//! number, ours, the tolerance and why.
+//! Each file in `claims/` is one claim of the papers or one bar of the project. It begins with goal, method, the
+//! paper's number, ours, the tolerance and why.
 #![forbid(unsafe_code)]
 
 pub mod budgets;

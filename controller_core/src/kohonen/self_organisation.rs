@@ -6,12 +6,12 @@
 //!
 //! # Open in the papers, and what we chose
 //!
-//! * **v**: `(half of the heading change, signed chord)`. On a circular arc the chord points along half of the heading
-//!   change, so this *is* the egocentric place that was reached, but it stays defined for a turn on the spot, where
-//!   the direction of a chord of a millimetre is noise.
+//! * **v**: `(half of the heading change, signed chord)`. On a circular arc the chord points along half of the
+//!   heading change, so this *is* the egocentric place that was reached, but it stays defined for a turn on the spot,
+//!   where the direction of a chord of a millimetre is noise.
 //! * **Which moves train**: those that turn by at most half a turn and end no farther behind the robot than the map
-//!   reaches (see [`crate::kohonen::features`]). The inverse is two-valued beyond that: the same place is reached by
-//!   another arc backwards, and one map cannot hold both.
+//!   reaches (see [`crate::kohonen::features`]), and are no longer than a step can be. The inverse is two-valued
+//!   beyond that: the same place is reached by another arc backwards, and one map cannot hold both.
 //! * **Schedules**: η, the rate of the weights and the width of G fall exponentially over the first
 //!   `annealing_steps`, then stay: online learning goes on for ever.
 //! * **Normalised step**, see [`crate::kohonen::output`].
@@ -101,11 +101,16 @@ pub fn displacement<S: Scalar>(start: Pose<S>, end: Pose<S>, turned_by_encoders_
     Polar { bearing_rad: half_turn, distance_m: if along < S::ZERO { -chord } else { chord } }
 }
 
+/// A displacement longer than this (features) is no move but a jump of the pose: c\* for a whole step is 1, slip and
+/// overshoot add a tenth or two. One such jump would carry a neighbourhood of neurons out of reach.
+const LONGEST_MOVE: f32 = 1.5;
+
 /// Whether a displacement may train the map, see the module docs.
 fn teaches<S: Scalar>(parameters: &LearningParameters<S>, reached: Features<S>) -> bool {
     let quarter_turn = S::PI * S::HALF;
     reached.bearing.abs() <= quarter_turn
         && reached.distance >= -S::from_f32(BEHIND_SHARE)
+        && reached.distance <= S::from_f32(LONGEST_MOVE)
         && S::hypot(reached.bearing, reached.distance) >= parameters.shortest_move
 }
 
