@@ -38,6 +38,8 @@ pub struct Raster {
     origin: Point2<f64>,
     /// Row by row from the bottom.
     free: Vec<bool>,
+    /// The first row from each cell upwards that is not free, column by column: what the planner asks for most.
+    next_wall: Vec<u16>,
 }
 
 impl Raster {
@@ -61,11 +63,32 @@ impl Raster {
             return Err(RasterError::TooManyCells(cell_size_m));
         };
         let free = vec![true; usize::from(columns) * usize::from(rows)];
-        let mut raster = Self { columns, rows, cell_size_m, origin: bounds.low, free };
+        let mut raster = Self { columns, rows, cell_size_m, origin: bounds.low, free, next_wall: Vec::new() };
         for shape in shapes {
             raster.block(shape);
         }
+        raster.index_walls();
         Ok(raster)
+    }
+
+    fn index_walls(&mut self) {
+        self.next_wall = vec![self.rows; self.free.len()];
+        for column in 0..self.columns {
+            let mut wall = self.rows;
+            for row in (0..self.rows).rev() {
+                if !self.is_free(column, row) {
+                    wall = row;
+                }
+                self.next_wall[usize::from(column) * usize::from(self.rows) + usize::from(row)] = wall;
+            }
+        }
+    }
+
+    /// The first row from `row` upwards that is not free in a column of the raster; the number of rows when all are.
+    #[must_use]
+    pub fn next_wall(&self, column: u16, row: u16) -> u16 {
+        let place = usize::from(column) * usize::from(self.rows) + usize::from(row);
+        if row < self.rows { self.next_wall.get(place).copied().unwrap_or(self.rows) } else { self.rows }
     }
 
     /// Number of columns, along x.

@@ -37,6 +37,10 @@ impl Workspace for Raster {
     fn is_free(&self, column: u16, row: u16) -> bool {
         Self::is_free(self, column, row)
     }
+
+    fn next_wall(&self, column: u16, row: u16) -> u16 {
+        Self::next_wall(self, column, row)
+    }
 }
 
 /// Why there is no plan.
@@ -83,4 +87,22 @@ pub fn plan(scenario: &Scenario, from: Point2<f64>, t_s: f64) -> Result<Plan, Ro
         cells: planner.cell_count(),
         passages: planner.passage_count(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use controller_core::planning::Workspace;
+
+    use crate::scenario::Scenario;
+
+    #[test]
+    fn the_index_of_walls_agrees_with_the_cells() {
+        let raster = Scenario::builtin("p2_fig6").unwrap().known_raster(0.01).unwrap();
+        for column in 0..raster.columns() {
+            for row in 0..=raster.rows() {
+                let searched = (row..raster.rows()).find(|&row| !raster.is_free(column, row));
+                assert_eq!(Workspace::next_wall(&raster, column, row), searched.unwrap_or(raster.rows()));
+            }
+        }
+    }
 }
