@@ -63,7 +63,8 @@ impl<S: Scalar> Annealing<S> {
         match u16::try_from(step) {
             Ok(step) if step < self.steps => {
                 let block = S::from_i32(i32::from(step >> self.block_exponent));
-                self.first * (self.decay_per_block * block).exp_neg()
+                // A rounded decay must not pass the last value and then rise to it.
+                (self.first * (self.decay_per_block * block).exp_neg()).max(self.last)
             }
             _ => self.last,
         }

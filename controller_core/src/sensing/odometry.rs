@@ -11,8 +11,8 @@ use crate::units::{EncoderCounts, Pose, wrap};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryParameters<S> {
     /// Counts of both wheels together for 5 cm of way. Not for a metre or a decimetre, since with 12 counts per
-    /// millimetre those leave the range of fixed point; to divide by, since metres per count would be rounded by up to a
-    /// percent.
+    /// millimetre those leave the range of fixed point; to divide by, since metres per count would be rounded by up
+    /// to a percent.
     pub half_counts_per_5_cm: S,
     /// Counts of difference between the wheels for one radian of heading.
     pub counts_per_radian: S,
