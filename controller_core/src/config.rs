@@ -94,6 +94,8 @@ pub struct ServoConfig {
     pub stall_share: f32,
     /// How long it may not follow before the servo reports a stall.
     pub stall_ms: u16,
+    /// How long the motors then rest before they try again.
+    pub stall_hold_ms: u16,
 }
 
 /// Periods, see [`crate::schedule`].
@@ -166,7 +168,8 @@ pub struct ReachingConfig {
     pub checkpoint_tolerance_m: f32,
     /// The goal is reached, and the robot stops, within this.
     pub goal_tolerance_m: f32,
-    /// Fastest speed of the robot's centre with which the goal may be reached: at 10 mm/s the robot rolls on for a twentieth of a millimetre.
+    /// Fastest speed of the robot's centre with which the goal may be reached: at 10 mm/s the robot rolls on for a
+    /// twentieth of a millimetre.
     pub goal_speed_mps: f32,
 }
 
@@ -185,8 +188,8 @@ pub struct CooperativeConfig {
     pub target_bearing_sigma_rad: f32,
     /// `σ_ad`, much smaller (P2).
     pub target_distance_sigma_m: f32,
-    /// From this share of the reach on a target is far (see `reaching.far_share`) and its field is centred here: the robot
-    /// cruises at this share of c*. 0 is the literal form, in which the outermost neurons win.
+    /// From this share of the reach on a target is far (see `reaching.far_share`) and its field is centred here: the
+    /// robot cruises at this share of c*. 0 is the literal form, in which the outermost neurons win.
     pub cruise_share: f32,
     /// `σ_bα`.
     pub obstacle_bearing_sigma_rad: f32,
@@ -316,6 +319,7 @@ impl Default for ServoConfig {
             stall_reference_mps: 0.02,
             stall_share: 0.2,
             stall_ms: 300,
+            stall_hold_ms: 1000,
         }
     }
 }
@@ -387,14 +391,15 @@ impl Default for CooperativeConfig {
             detour_follow_m: 0.064,
             detour_free_rad: 0.1,
             detour_free_m: 0.2,
-            detour_side_ms: 20_000,
+            detour_side_ms: 10_000,
         }
     }
 }
 
 impl Default for FusionConfig {
     fn default() -> Self {
-        // Drawn at random for the three figures of P1, which command fusion is the architecture of; see docs/numbers.md.
+        // Drawn at random for the three figures of P1, which command fusion is the architecture of; see
+        // docs/numbers.md.
         Self {
             target_share: 0.42,
             wiring: WiringKind::Symmetric,
@@ -480,6 +485,7 @@ impl Config {
             stall_reference_mps in 0.0, 5.0 => "between 0 and 5 m/s";
             stall_share in 0.0, 1.0 => "between 0 and 1";
             stall_ms in 1.0, 60_000.0 => "between 1 and 60,000 ms";
+            stall_hold_ms in 1.0, 60_000.0 => "between 1 and 60,000 ms";
         }
         check_fields! { self.fusion, "fusion":
             target_share in 0.0, 1.0 => "between 0 and 1";
@@ -660,6 +666,7 @@ impl Config {
             stall_reference_mps: s(self.servo.stall_reference_mps),
             stall_share: s(self.servo.stall_share),
             stall_ms: self.servo.stall_ms,
+            stall_hold_ms: self.servo.stall_hold_ms,
         }
     }
 

@@ -245,7 +245,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             command_age_ms: period.map(|period| {
                 (self.standing.command.age_ms(now), p.command_age_max_ms.saturating_add(period))
             }),
-            stalled: self.servo.is_stalled(&p.servo),
+            stalled: self.servo.is_stalled(),
         }
     }
 

@@ -7,7 +7,7 @@
 //! | nothing learnt | when the map has its first trained neuron |
 //! | scan too old | with the next scan |
 //! | command too old | with the next command |
-//! | stalled | by itself: the servo starts again from rest |
+//! | stalled | by itself after a second: the servo starts again from rest |
 
 use crate::schedule::Tick;
 

@@ -10,7 +10,8 @@
 //! The integral of the speed error *is* the lag, and kept in encoder counts it is exact: at 12 counts per millimetre
 //! one count per millisecond would be a speed of 83 mm/s, so a differentiated speed alone is too coarse to integrate.
 //! Anti-windup: the lag is bounded, and stands still while the drive is saturated in its direction. A wheel that is
-//! driven but hardly turns for `stall_ms` is reported as stalled.
+//! driven but hardly turns for `stall_ms` is reported as stalled, for `stall_hold_ms`: the motors rest before they
+//! try again.
 //!
 //! *Open in the papers*, which name the module (P1, section 2.1) and leave its law to the robot.
 
@@ -45,6 +46,8 @@ pub struct ServoParameters<S> {
     pub stall_share: S,
     /// How long it may not follow (ms).
     pub stall_ms: u16,
+    /// How long a stall is reported (ms).
+    pub stall_hold_ms: u16,
 }
 
 /// The state of one wheel.
@@ -95,6 +98,8 @@ impl<S: Scalar> Wheel<S> {
 pub struct Servo<S> {
     left: Wheel<S>,
     right: Wheel<S>,
+    /// Rest of the time for which a stall is reported.
+    stall_hold_ms: u16,
 }
 
 impl<S: Scalar> Servo<S> {
@@ -105,16 +110,22 @@ impl<S: Scalar> Servo<S> {
         command: WheelSpeeds<S>,
         counted: EncoderCounts,
     ) -> WheelDrive<S> {
-        WheelDrive {
+        let drive = WheelDrive {
             left: self.left.step(p, command.left_mps, counted.left),
             right: self.right.step(p, command.right_mps, counted.right),
+        };
+        if self.left.stalled_ms.max(self.right.stalled_ms) >= p.stall_ms {
+            self.stall_hold_ms = p.stall_hold_ms;
+        } else {
+            self.stall_hold_ms = self.stall_hold_ms.saturating_sub(TICK_MS);
         }
+        drive
     }
 
-    /// A wheel has not followed its reference for longer than `stall_ms`.
+    /// A wheel has not followed its reference for `stall_ms`, less than `stall_hold_ms` ago.
     #[must_use]
-    pub fn is_stalled(&self, p: &ServoParameters<S>) -> bool {
-        self.left.stalled_ms.max(self.right.stalled_ms) >= p.stall_ms
+    pub fn is_stalled(&self) -> bool {
+        self.stall_hold_ms > 0
     }
 
     /// The speeds that the servo holds now, under the acceleration limit.
@@ -129,8 +140,10 @@ impl<S: Scalar> Servo<S> {
         WheelSpeeds { left_mps: self.left.measured_mps, right_mps: self.right.measured_mps }
     }
 
-    /// Forgets references and errors, as after the motors were cut; the next reference starts from rest.
+    /// Forgets references and errors, as after the motors were cut; the next reference starts from rest. A stall
+    /// stays reported for its time.
     pub fn reset(&mut self) {
-        *self = Self::default();
+        self.left = Wheel::default();
+        self.right = Wheel::default();
     }
 }

@@ -1,8 +1,8 @@
 //! Pictures of runs as SVG: the world as the papers draw it, the checkpoints, and the paths.
 //!
-//! Known walls are black, unforeseen obstacles grey, and movers are drawn where they start, with their circle and sense.
-//! A single path carries the robot's outline once a second, so that speed can be read from it; a bundle of paths is drawn
-//! as thin lines.
+//! Known walls are black, unforeseen obstacles grey, and movers are drawn where they start, with their circle and
+//! sense. A single path carries the robot's outline once a second, so that speed can be read from it; a bundle of
+//! paths is drawn as thin lines.
 
 mod canvas;
 mod legend;
@@ -217,7 +217,8 @@ fn draw_checkpoints(canvas: &Canvas, mut document: Document, scenario: &Scenario
     document
 }
 
-/// A label above a mark, on the side away from the picture's edge, with a white edge so that it can be read on a wall.
+/// A label above a mark, on the side away from the picture's edge, with a white edge so that it can be read on a
+/// wall.
 fn label_at(canvas: &Canvas, place: Point2<f64>, label: &str) -> svg::node::element::Text {
     let (_, right) = canvas.sides();
     let (aside, anchor) = if place.x > right - LABEL_ROOM { (-9.0, "end") } else { (9.0, "start") };

@@ -67,15 +67,15 @@ impl Mover {
         Disc { centre: self.centre + Vector2::new(cos, sin) * self.orbit_radius_m, radius_m: self.radius_m }
     }
 
-    /// Distance in m from `point` to the ring that the disc sweeps, negative inside the ring: the least clearance that the
-    /// point ever has from this mover.
+    /// Distance in m from `point` to the ring that the disc sweeps, negative inside the ring: the least clearance
+    /// that the point ever has from this mover.
     #[must_use]
     pub fn least_clearance(&self, point: Point2<f64>) -> f64 {
         ((point - self.centre).norm() - self.orbit_radius_m).abs() - self.radius_m
     }
 
-    /// Distance in m from the swept ring to the nearest of the shapes, not positive if the mover runs into one: how deeply
-    /// is not told.
+    /// Distance in m from the swept ring to the nearest of the shapes, not positive if the mover runs into one: how
+    /// deeply is not told.
     #[must_use]
     pub fn least_clearance_from(&self, solids: &Solids) -> f64 {
         let to_segment = |segment: &Segment| self.ring_gap(segment.distance_range(self.centre));

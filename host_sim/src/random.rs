@@ -1,7 +1,7 @@
 //! Random numbers that mean the same for ever: one value-stable stream per seed and purpose.
 //!
-//! A run is (commit, seed, scenario). Each consumer of randomness has a stream of its own, so that an additional draw of
-//! one, say a sensor more, does not shift all the others.
+//! A run is (commit, seed, scenario). Each consumer of randomness has a stream of its own, so that an additional draw
+//! of one, say a sensor more, does not shift all the others.
 
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;

@@ -1,7 +1,7 @@
 //! The planner's map: a grid over the known walls, in which a cell is free only if nothing known is in it.
 //!
-//! The map errs on the safe side. Thin walls block every cell they touch, also those they only run along, so that no wall
-//! is lost between two cells. Solid shapes block every cell they share area with.
+//! The map errs on the safe side. Thin walls block every cell they touch, also those they only run along, so that no
+//! wall is lost between two cells. Solid shapes block every cell they share area with.
 
 use nalgebra::Point2;
 

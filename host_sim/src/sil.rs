@@ -1,7 +1,7 @@
 //! The controller as the simulator meets it: a port that takes readings and gives drives.
 //!
-//! Everything that crosses the port is `f32` in SI units, as on the wire. [`Sil`] (software in the loop) runs the core in
-//! this process; a board behind a serial link can stand in its place.
+//! Everything that crosses the port is `f32` in SI units, as on the wire. [`Sil`] (software in the loop) runs the
+//! core in this process; a board behind a serial link can stand in its place.
 
 use controller_core::config::{Config, ConfigError, Parameters};
 use controller_core::controller::{Controller, Inputs, Mode, Outputs};

@@ -1,7 +1,7 @@
 //! The world the robot drives in: solid shapes that stay, shapes that come and go, and robots that circle.
 //!
-//! A [`World`] has no state: where things are is a function of the time asked for, so that a run can be repeated from any
-//! tick. Every answer is exact and no call allocates.
+//! A [`World`] has no state: where things are is a function of the time asked for, so that a run can be repeated from
+//! any tick. Every answer is exact and no call allocates.
 
 use nalgebra::{Point2, Vector2};
 
@@ -54,11 +54,11 @@ pub struct World {
 }
 
 impl World {
-    /// Distance from `centre` to the nearest surface at time `t_s`, in m: negative inside something solid, infinite in an
-    /// empty world.
+    /// Distance from `centre` to the nearest surface at time `t_s`, in m: negative inside something solid, infinite
+    /// in an empty world.
     ///
-    /// Exact outside. Inside, it is the depth in the solid that holds the point deepest; where solids overlap the way out
-    /// may be longer.
+    /// Exact outside. Inside, it is the depth in the solid that holds the point deepest; where solids overlap the way
+    /// out may be longer.
     #[must_use]
     pub fn clearance(&self, centre: Point2<f64>, t_s: f64) -> f64 {
         self.static_clearance(centre).min(self.movers_clearance(centre, t_s))
@@ -66,8 +66,8 @@ impl World {
 
     /// The part of [`World::clearance`] that does not depend on time.
     ///
-    /// It changes by at most the distance travelled, so a robot that has this much to spare need not ask again until it
-    /// has gone that far.
+    /// It changes by at most the distance travelled, so a robot that has this much to spare need not ask again until
+    /// it has gone that far.
     #[must_use]
     pub fn static_clearance(&self, centre: Point2<f64>) -> f64 {
         self.permanent.clearance(centre)
@@ -123,7 +123,8 @@ impl World {
     /// Exact smallest distance from `apex` to a surface point inside the beam at time `t_s`, in m; `None` beyond
     /// `range_max_m`.
     ///
-    /// Surfaces are seen from both sides. For all of a robot's sensors at once, [`World::scan`] is several times cheaper.
+    /// Surfaces are seen from both sides. For all of a robot's sensors at once, [`World::scan`] is several times
+    /// cheaper.
     #[must_use]
     pub fn beam_range(&self, apex: Point2<f64>, beam: &Beam, range_max_m: f64, t_s: f64) -> Option<f64> {
         let [range] = self.scan(apex, core::array::from_ref(beam), range_max_m, t_s);

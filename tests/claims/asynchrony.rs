@@ -172,7 +172,7 @@ fn a_replaced_checkpoint_counts_from_the_next_target_release<S: Scalar>() {
     rig.tick(See::Nothing);
     let after = rig.controller.target_field().value.unwrap();
     assert!(before.target.bearing > S::ZERO && after.target.bearing < S::ZERO, "{before:?} {after:?}");
-    rig.run_to(20_000, See::Nothing);
+    rig.run_to(40_000, See::Nothing);
     assert_eq!(rig.controller.checkpoints().remaining(), 0, "both were reached");
     let at = rig.robot.pose().position;
     assert!((at - Point2::new(1.5, 0.3)).norm() < 0.003, "{at}");
@@ -272,10 +272,13 @@ fn a_blocked_wheel_is_reported<S: Scalar>() {
         }
     }
     let first = stalls.first().copied().unwrap();
-    println!("{} stalls after blocking, in ms: {stalls:?}", S::NAME);
+    let last = stalls.iter().zip(first..).take_while(|(at, tick)| *at == tick).count();
+    println!("{} stalls {first} ms after blocking, for {last} ms", S::NAME);
+    assert!(last >= usize::from(config.servo.stall_hold_ms), "the motors rest for {last} ms");
     let limit = u64::from(config.servo.stall_ms);
     assert!((limit..limit + 100).contains(&first), "first stall after {first} ms");
     rig.blocked = false;
+    rig.run_to(rig.now + 1000, See::Nothing);
     assert!(rig.way_in(1000, See::Nothing) > 0.05, "goes on when it is freed");
 }
 

@@ -42,6 +42,7 @@ const CASES: u32 = 4000;
 fn literal() -> Config {
     let mut config = Config::default();
     config.reaching.far_share = 0.0;
+    config.cooperative.cruise_share = 0.0;
     config.reaching.beyond = Beyond::OwnWeight;
     let c = &mut config.cooperative;
     c.target_amplitude = 1.0;
@@ -153,7 +154,8 @@ enum Compared {
 fn compare<S: Scalar>(pair: &mut Pair<S>) -> Compared {
     let target = pair.draw_target();
     let detections = pair.draw_detections();
-    let field = TargetField::localise(&pair.map, &pair.p.reaching, target).unwrap();
+    let field =
+        TargetField::localise(&pair.map, &pair.p.neural.target, &pair.p.reaching.winner, target).unwrap();
     let obstacles = pair.renewed(&detections);
     let p = &pair.p;
     let sweep = |_: Polar<S>| S::ZERO;
@@ -238,7 +240,8 @@ fn the_target_field_is_elongated_across_the_target<S: Scalar>() {
     let mut pair = Pair::<S>::new();
     for _ in 0..500 {
         let target = pair.draw_target();
-        let field = TargetField::localise(&pair.map, &pair.p.reaching, target).unwrap();
+        let field =
+            TargetField::localise(&pair.map, &pair.p.neural.target, &pair.p.reaching.winner, target).unwrap();
         let p = &pair.p.neural.target;
         let at = |bearing: f64, distance: f64| {
             let place = Features {

@@ -131,6 +131,7 @@ fn meddle<S: Scalar>(extremes: &mut Extremes, robot: &mut Robot<S>, now: u64) {
 fn variants<S: Scalar>() -> [Parameters<S, SENSORS>; 3] {
     let mut literal = Config::default();
     literal.reaching.far_share = 0.0;
+    literal.cooperative.cruise_share = 0.0;
     literal.reaching.beyond = controller_core::motor_control::Beyond::OwnWeight;
     literal.cooperative.obstacle_centre = controller_core::localisation::obstacle::FieldCentre::Neuron;
     literal.cooperative.target_competes = false;

@@ -14,6 +14,8 @@ pub mod fields;
 
 pub mod statistics;
 
+pub mod missions;
+
 /// Makes two tests of each generic function `name::<S>()`: `name::f32` and `name::fixed`.
 #[macro_export]
 macro_rules! for_each_scalar {

@@ -1,8 +1,8 @@
 //! Obstacle avoidance as a Braitenberg vehicle of type 3C: `c_o = Z u_o` (P1 Eq. 9).
 //!
-//! `u_o` is how near each sensor sees something, 0 at the avoidance range and 1 at the body. Forward-facing sensors of one side
-//! act on the motor of the *other* side with large negative weights, all other elements are small and positive (P1,
-//! section 2.4), so that an obstacle in front on the left turns the robot right.
+//! `u_o` is how near each sensor sees something, 0 at the avoidance range and 1 at the body. Forward-facing sensors
+//! of one side act on the motor of the *other* side with large negative weights, all other elements are small and
+//! positive (P1, section 2.4), so that an obstacle in front on the left turns the robot right.
 //!
 //! *Open in the papers*: the elements of Z, and from where on an obstacle counts (the Khepera's own sensors see a few
 //! centimetres). [`Wiring::symmetric`] is the literal reading;

@@ -5,17 +5,18 @@
 //! well-conditioned (with d in metres the mean positioning error was 646 mm instead of 3 mm in a prototype), and
 //! 16 bits store a weight.
 //!
-//! **Behind the robot**: the map is a chart of bearings within ±90° and *signed* distances. A near place behind, such as
-//! a target just overshot, is `(α ± π, −d)`: the linear `c = M u` of a place ahead continues through d = 0 into driving
-//! backwards, whereas at α = 180° no `M` without a bias could say "both wheels back". Farther places behind are turned
-//! towards first (see [`crate::motor_control::aim`]).
+//! **Behind the robot**: the map is a chart of bearings within ±90° and *signed* distances. A near place behind, such
+//! as a target just overshot, is `(α ± π, −d)`: the linear `c = M u` of a place ahead continues through d = 0 into
+//! driving backwards, whereas at α = 180° no `M` without a bias could say "both wheels back". Farther places behind
+//! are turned towards first (see [`crate::motor_control::aim`]).
 
 use crate::scalar::Scalar;
 use crate::units::{Polar, WheelSpeeds, angle_between, wrap};
 
 /// How far behind the robot the map reaches, as a share of the reach.
 ///
-/// Chosen because overshooting a target by more than 4 cm does not happen, and every row spent behind is missing ahead.
+/// Chosen because overshooting a target by more than 4 cm does not happen, and every row spent behind is missing
+/// ahead.
 pub const BEHIND_SHARE: f32 = 0.25;
 
 /// A place in the coordinates of the map.

@@ -58,7 +58,8 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Default f
 impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O, COLUMNS, ROWS> {
     /// The untrained map: weights at regularly spaced places of the sensory space (P1, section 3.1), outputs zero.
     ///
-    /// Bearings cover ±90° and distances reach a little behind: the places that one step of at most half a turn leads to.
+    /// Bearings cover ±90° and distances reach a little behind: the places that one step of at most half a turn leads
+    /// to.
     #[must_use]
     pub fn regular() -> Self {
         const {

@@ -1,8 +1,10 @@
-//! A short memory of obstacles (ours): what a sensor saw half a second ago is still there, though the beam has moved on.
+//! A short memory of obstacles (ours): what a sensor saw half a second ago is still there, though the beam has moved
+//! on.
 //!
-//! Between two beams at 30° a wall's end or a thin post disappears just when the robot passes it. The memory holds the
-//! last detections as points of the world, carried by odometry, for `lifetime_ms`; they take part in the swept-path
-//! check ([`crate::integration::sweep`]) only. Longer memories close narrow doors, because range noise thickens walls.
+//! Between two beams at 30° a wall's end or a thin post disappears just when the robot passes it. The memory holds
+//! the last detections as points of the world, carried by odometry, for `lifetime_ms`; they take part in the
+//! swept-path check ([`crate::integration::sweep`]) only. Longer memories close narrow doors, because range noise
+//! thickens walls.
 
 use heapless::Vec;
 

@@ -21,8 +21,8 @@ pub struct TargetFieldParameters<S> {
     pub bearing_steepness: S,
     /// 1 / (√2 `σ_ad`), per reach.
     pub distance_steepness: S,
-    /// From this distance (features) on the target counts as far. It is also where the field of a far target is centred,
-    /// and so the speed at which the robot cruises.
+    /// From this distance (features) on the target counts as far. It is also where the field of a far target is
+    /// centred, and so the speed at which the robot cruises.
     pub far: Option<S>,
 }
 
