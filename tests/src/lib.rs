@@ -51,3 +51,8 @@ pub fn narrow(value: f64) -> f32 {
 pub fn wide<S: controller_core::scalar::Scalar>(value: S) -> f64 {
     f64::from(value.to_f32())
 }
+
+/// The examples of the README compile and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;
