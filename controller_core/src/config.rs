@@ -15,7 +15,6 @@ use crate::localisation::detour::DetourParameters;
 use crate::localisation::memory::MemoryParameters;
 use crate::localisation::obstacle::{FieldCentre, ObstacleFieldParameters};
 use crate::localisation::target::TargetFieldParameters;
-use crate::localisation::trail::TrailParameters;
 use crate::motor_control::{Beyond, ReachingParameters};
 use crate::planning::checkpoint::CheckpointParameters;
 use crate::scalar::Scalar;
@@ -211,16 +210,6 @@ pub struct CooperativeConfig {
     pub memory_ms: u16,
     /// Obstacle memory: points nearer to each other are one.
     pub memory_merge_m: f32,
-    /// Trail: inhibition at a fresh point; 0 switches it off.
-    pub trail_strength: f32,
-    /// Trail: radius of the inhibition.
-    pub trail_radius_m: f32,
-    /// Trail: way between two points.
-    pub trail_spacing_m: f32,
-    /// Trail: time in which a point fades.
-    pub trail_ms: u16,
-    /// Trail: the last moments do not count.
-    pub trail_silent_ms: u16,
     /// Detour: time without progress after which a wall is followed; 0 switches it off.
     pub detour_patience_ms: u16,
     /// Detour: coming nearer to the target by this much is progress.
@@ -381,11 +370,6 @@ impl Default for CooperativeConfig {
             sweep_look_ahead: 1.0,
             memory_ms: 256,
             memory_merge_m: 0.014,
-            trail_strength: 0.0086,
-            trail_radius_m: 0.041,
-            trail_spacing_m: 0.04,
-            trail_ms: 12_000,
-            trail_silent_ms: 1000,
             detour_patience_ms: 5000,
             detour_progress_m: 0.01,
             detour_follow_m: 0.064,
@@ -537,11 +521,6 @@ impl Config {
             sweep_look_ahead in 0.0, 1.0 => "between 0 and 1";
             memory_ms in 0.0, 60_000.0 => "between 0 and 60,000 ms";
             memory_merge_m in 0.0, 1.0 => "between 0 and 1 m";
-            trail_strength in 0.0, 100.0 => "between 0 and 100";
-            trail_radius_m in 1e-3, 10.0 => "between 1 mm and 10 m";
-            trail_spacing_m in 1e-3, 10.0 => "between 1 mm and 10 m";
-            trail_ms in 100.0, 65_000.0 => "between 100 and 65,000 ms";
-            trail_silent_ms in 0.0, 65_000.0 => "between 0 and 65,000 ms";
             detour_patience_ms in 0.0, 65_000.0 => "between 0 and 65,000 ms";
             detour_progress_m in 1e-3, 1.0 => "between 1 mm and 1 m";
             detour_follow_m in 5e-3, 10.0 => "between 5 mm and 10 m";
@@ -628,7 +607,6 @@ impl Config {
                 lifetime_ms: self.cooperative.memory_ms,
                 merge_m: s(self.cooperative.memory_merge_m),
             },
-            trail: self.trail_parameters(),
             detour: self.detour_parameters(),
             wiring: match self.fusion.wiring {
                 WiringKind::Symmetric => Wiring::symmetric(),
@@ -740,19 +718,6 @@ impl Config {
             side_ms: c.detour_side_ms,
         }
     }
-
-    fn trail_parameters<S: Scalar>(&self) -> TrailParameters<S> {
-        let c = &self.cooperative;
-        TrailParameters {
-            strength: S::from_f32(c.trail_strength),
-            radius_m: S::from_f32(c.trail_radius_m),
-            per_radius: S::from_f32(1.0 / c.trail_radius_m),
-            spacing_m: S::from_f32(c.trail_spacing_m),
-            lifetime_ms: c.trail_ms,
-            fading_per_s: S::from_f32(1000.0 / f32::from(c.trail_ms)),
-            silent_ms: c.trail_silent_ms,
-        }
-    }
 }
 
 /// The configuration in the controller's scalar and units: immutable, shared by every step.
@@ -784,8 +749,6 @@ pub struct Parameters<S, const SENSORS: usize> {
     pub sweep: SweepParameters<S>,
     /// Obstacle memory.
     pub memory: MemoryParameters<S>,
-    /// Trail.
-    pub trail: TrailParameters<S>,
     /// Detour.
     pub detour: DetourParameters<S>,
     /// Z of Eq. 9.

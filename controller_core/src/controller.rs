@@ -17,7 +17,6 @@ use crate::localisation::detour::Detour;
 use crate::localisation::memory::ObstacleMemory;
 use crate::localisation::obstacle::ObstacleField;
 use crate::localisation::target::TargetField;
-use crate::localisation::trail::{self, Avoided, Trail};
 use crate::motor_control;
 use crate::planning::checkpoint::{Checkpoints, Reached};
 use crate::safety::{Conditions, Gate, StopCause};
@@ -33,8 +32,6 @@ use crate::units::{EncoderCounts, Point, Pose, WheelDrive, WheelSpeeds};
 pub const CHECKPOINTS: usize = 16;
 /// Obstacle points remembered at a time: half a second of scans, most of them merged.
 pub const MEMORY_POINTS: usize = 32;
-/// Points of the trail: a metre of way at 2 cm.
-pub const TRAIL_POINTS: usize = 48;
 /// Points that the swept path is checked against.
 const SWEEP_POINTS: usize = MEMORY_POINTS + 32;
 
@@ -125,7 +122,6 @@ pub struct Controller<
     /// The last scan; none has come yet at first, and then the robot does not navigate.
     scan: Option<Stamped<Scan<S, SENSORS>>>,
     memory: ObstacleMemory<S, MEMORY_POINTS>,
-    trail: Trail<S, TRAIL_POINTS>,
     detour: Detour<S>,
     checkpoints: Checkpoints<S, CHECKPOINTS>,
     odometry: Odometry<S>,
@@ -164,7 +160,6 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             },
             scan: None,
             memory: ObstacleMemory::default(),
-            trail: Trail::default(),
             detour: Detour::default(),
             checkpoints: Checkpoints::default(),
             odometry: Odometry::default(),
@@ -261,7 +256,6 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         }
         let reached =
             self.checkpoints.arrive(&p.checkpoints, self.pose(p), self.servo.reference().forward().abs())?;
-        self.trail.clear();
         self.detour.reset();
         if reached.is_goal && self.mode == Mode::Navigate {
             self.standing.target = Stamped::new(None, now);
@@ -291,24 +285,8 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         for &point in &self.standing.points {
             self.memory.remember(&p.memory, pose.to_world_frame(point, rotation));
         }
-        self.trail.extend(&p.trail, pose.position(), period);
-        let farthest = p.scaling.reach_m() + p.trail.radius_m;
-        let trodden: Vec<Avoided<S>, TRAIL_POINTS> = self
-            .trail
-            .seen_from(&p.trail, pose)
-            .filter(|avoided| avoided.at.x_m.abs() < farthest && avoided.at.y_m.abs() < farthest)
-            .collect();
-        // Out of a dead end the way leads back over the trail.
-        let following = self.detour.is_following();
-        let extra = |place| {
-            if trodden.is_empty() || following {
-                return S::ZERO;
-            }
-            let place = p.scaling.place(place).to_point();
-            trodden.iter().fold(S::ZERO, |sum, avoided| sum + trail::inhibition(&p.trail, avoided, place))
-        };
         let field = &mut self.standing.obstacles;
-        field.value.renew(&self.map, &p.neural.obstacle, &p.reaching, &p.scaling, &seen, extra);
+        field.value.renew(&self.map, &p.neural.obstacle, &p.reaching, &p.scaling, &seen);
         field.renewed = now;
     }
 
@@ -427,7 +405,6 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         self.standing.reaching = Command::default();
         self.standing.avoidance = None;
         self.memory.clear();
-        self.trail.clear();
         self.detour.reset();
     }
 

@@ -1,7 +1,7 @@
 //! Bar: the whole controller fits a small microcontroller.
 //!
 //! * **Goal**: 15 × 15 neurons and 12 sensors, learning included, within 12 KiB (`f32`) and 6 KiB (fixed point).
-//! * **Method**: `size_of` of the controller (map, fields, memory, trail, checkpoints, odometry, servo, the training
+//! * **Method**: `size_of` of the controller (map, fields, memory, detour, checkpoints, odometry, servo, the training
 //!   step under way) and of its parameters (schedules of learning included). There is no heap and no other static
 //!   state; the stack is measured on the target.
 //! * **Ours**: printed; the targets' own sizes are held at compile time in the crate `firmware`.

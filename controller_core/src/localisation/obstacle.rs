@@ -77,7 +77,7 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize> D
 impl<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>
     ObstacleField<S, COLUMNS, ROWS, SENSORS>
 {
-    /// Renews the fields from what the sensors detect; `extra` adds further inhibition per place.
+    /// Renews the fields from what the sensors detect.
     pub fn renew<O: Output<S>>(
         &mut self,
         map: &Map<S, O, COLUMNS, ROWS>,
@@ -85,7 +85,6 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>
         reaching: &ReachingParameters<S>,
         scaling: &Scaling<S>,
         detections: &[Polar<S>],
-        extra: impl Fn(Features<S>) -> S,
     ) {
         self.centres.clear();
         for obstacle in detections {
@@ -100,8 +99,7 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>
             let _ = self.centres.push(centre);
         }
         for (index, place) in map.places(Eligible::Trained) {
-            let inhibition = self.at(p, place) + extra(place);
-            self.sum[usize::from(index.column)][usize::from(index.row)] = inhibition.to_weight();
+            self.sum[usize::from(index.column)][usize::from(index.row)] = self.at(p, place).to_weight();
         }
     }
 
