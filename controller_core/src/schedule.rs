@@ -21,7 +21,8 @@ pub struct Schedule {
     pub avoidance_period_ms: u16,
     /// Target reaching (P1: 1024, P2: 256); a multiple of the avoidance period.
     pub target_period_ms: u16,
-    /// One step of the map: the time after which a command has taken the robot to the place it stands for.
+    /// One step of the map: the time after which a command has taken the robot to the place it stands for; a multiple
+    /// of the avoidance period.
     pub step_ms: u16,
 }
 
@@ -40,12 +41,16 @@ impl Schedule {
     /// What is released at a tick; tick 0 releases everything.
     #[must_use]
     pub fn at(&self, tick: Tick) -> Release {
-        let due = |period_ms: u16| tick.is_multiple_of(Tick::from(period_ms.max(1)));
-        Release {
-            avoidance: due(self.avoidance_period_ms),
-            target: due(self.target_period_ms),
-            step: due(self.step_ms),
+        // All periods are multiples of the shortest, so most ticks are settled by one division; and in 32 bits, since
+        // 64 are hundreds of instructions on a Cortex-M.
+        let due = |period_ms: u16| match u32::try_from(tick) {
+            Ok(tick) => tick.is_multiple_of(u32::from(period_ms.max(1))),
+            Err(_) => tick.is_multiple_of(Tick::from(period_ms.max(1))),
+        };
+        if !due(self.avoidance_period_ms) {
+            return Release::default();
         }
+        Release { avoidance: true, target: due(self.target_period_ms), step: due(self.step_ms) }
     }
 }
 
@@ -73,7 +78,7 @@ impl<T> Stamped<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Release, Schedule, Stamped};
+    use super::{Release, Schedule, Stamped, Tick};
 
     #[test]
     fn releases_follow_the_periods() {
@@ -84,6 +89,8 @@ mod tests {
         assert_eq!(released(128), Release { avoidance: true, target: false, step: false });
         assert_eq!(released(256), Release { avoidance: true, target: true, step: false });
         assert_eq!((0..10_240).filter(|&t| schedule.at(t).step).count(), 10);
+        let later = Tick::from(u32::MAX) + 1;
+        assert!(schedule.at(later).step && !schedule.at(later + 1).avoidance, "after 50 days");
     }
 
     #[test]

@@ -139,7 +139,7 @@ impl<S: Scalar> Pair<S> {
     fn renewed(&self, detections: &[Polar<S>]) -> ObstacleField<S, 15, 15, SENSORS> {
         let mut field = ObstacleField::default();
         let p = &self.p;
-        field.renew(&self.map, &p.neural.obstacle, &p.reaching, &p.scaling, detections, |_| S::ZERO);
+        field.renew(&self.map, &p.neural.obstacle, &p.reaching, &p.scaling, detections);
         field
     }
 }

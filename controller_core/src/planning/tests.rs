@@ -354,7 +354,8 @@ fn time_of_large_maps() {
             let (cells, passages) = (planner.cell_count(), planner.passage_count());
             let checkpoints = plan.map(|plan| plan.len());
             std::println!(
-                "{discs} discs, {walls} walls: {time_ms:.1} ms, {cells} cells of {}, {passages} passages, {checkpoints:?}",
+                "{discs} discs, {walls} walls: {time_ms:.1} ms, {cells} of {} cells, {passages} passages, \
+                 {checkpoints:?}",
                 world.free_cells()
             );
         }
