@@ -133,7 +133,8 @@ pub struct LearningConfig {
     pub weight_rate_last: f32,
     /// σ of G in lattice units at first: the whole map learns from the first moves.
     pub neighbourhood_first: f32,
-    /// σ of G at last: each neuron its own place. A constant σ of 1 costs a factor 2 in error, ½ from the start 25.
+    /// σ of G at last: each neuron its own place. In the prototype a constant σ of 1 costs a factor 2 in error, ½ from
+    /// the start 25.
     pub neighbourhood_last: f32,
     /// Random part of a command at first, as a share of c*: with `M = 0` nothing else moves the robot.
     pub exploration_first: f32,

@@ -30,3 +30,6 @@ pub mod safety;
 pub mod state_hash;
 
 pub mod controller;
+
+#[cfg(test)]
+mod testing;

@@ -131,11 +131,11 @@ mod tests {
     use core::f64::consts::{PI, TAU};
 
     use super::{Fixed, Scalar};
+    use crate::testing::narrow;
 
     /// The nearest value of the scalar.
-    #[allow(clippy::cast_possible_truncation, reason = "rounding to the nearest f32 is what is wanted")]
     fn scalar<S: Scalar>(value: f64) -> S {
-        S::from_f32(value as f32)
+        S::from_f32(narrow(value))
     }
 
     /// Largest |approximation − exact| of `f` over `steps` + 1 evenly spaced arguments in `low..=high`.

@@ -26,6 +26,8 @@ pub mod raster;
 
 pub mod figure;
 
+pub mod number;
+
 pub mod random;
 
 pub mod khepera;

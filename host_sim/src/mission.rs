@@ -8,7 +8,7 @@ use nalgebra::Point2;
 use serde::Serialize;
 
 use crate::khepera::{KheperaModel, TruePose, wrapped};
-use crate::proximity_model::narrow_point;
+use crate::number::narrow_point;
 use crate::random::{Purpose, Stream};
 use crate::route_planner::{self, RouteError};
 use crate::scenario::{ControllerKind, Route, Scenario, Trigger};

@@ -7,7 +7,7 @@ use controller_core::scalar::Scalar;
 use nalgebra::Point2;
 
 use crate::khepera::{KheperaModel, TruePose};
-use crate::proximity_model::narrow_point;
+use crate::number::narrow_point;
 use crate::random::Purpose;
 use crate::scenario::NoiseLevels;
 use crate::sil::{ControllerPort, HostMap, Sil};

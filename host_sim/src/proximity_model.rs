@@ -3,10 +3,10 @@
 //! It inverts the controller's own model: the same bearings, the same body radius.
 
 use controller_core::sensing::proximity::{Scan, sensor_bearing};
-use nalgebra::{Point2, Vector2};
 
 use crate::beam::Beam;
 use crate::khepera::TruePose;
+use crate::number::narrow;
 use crate::random::Stream;
 use crate::world::World;
 
@@ -59,24 +59,6 @@ impl ProximityRing {
         });
         Scan { range_m }
     }
-
-    /// The direction of each beam for a heading, for drawing.
-    #[must_use]
-    pub fn axes(&self, heading_rad: f64) -> [Vector2<f64>; SENSORS] {
-        let (sin, cos) = libm::sincos(heading_rad);
-        core::array::from_fn(|j| self.beams[j].turned(cos, sin).axis())
-    }
-}
-
-/// The nearest `f32`, as a converter in front of the controller would give.
-#[allow(clippy::cast_possible_truncation, reason = "rounding to the nearest f32 is what is wanted")]
-pub(crate) fn narrow(value: f64) -> f32 {
-    value as f32
-}
-
-/// A point in the controller's type.
-pub(crate) fn narrow_point(point: Point2<f64>) -> controller_core::units::Point<f32> {
-    controller_core::units::Point { x_m: narrow(point.x), y_m: narrow(point.y) }
 }
 
 #[cfg(test)]

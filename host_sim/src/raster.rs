@@ -6,6 +6,7 @@
 use nalgebra::Point2;
 
 use crate::geometry::{Bounds, Segment};
+use crate::number::narrow;
 use crate::scenario::Shape;
 
 /// Chosen to be far below any size that matters and far above rounding: a wall drawn along a cell's border touches it
@@ -106,13 +107,13 @@ impl Raster {
     /// Side of a cell in m.
     #[must_use]
     pub fn cell_size_m(&self) -> f32 {
-        single(self.cell_size_m)
+        narrow(self.cell_size_m)
     }
 
     /// The outer corner of column 0, row 0, in m.
     #[must_use]
     pub fn origin_m(&self) -> (f32, f32) {
-        (single(self.origin.x), single(self.origin.y))
+        (narrow(self.origin.x), narrow(self.origin.y))
     }
 
     /// Whether nothing known is in the cell; cells outside the grid are not free.
@@ -205,12 +206,6 @@ fn touches(segment: &Segment, cell: &Bounds) -> bool {
 )]
 fn whole(value: f64) -> Option<u16> {
     if (0.0..=SIDE_MAX).contains(&value) { Some(value as u16) } else { None }
-}
-
-/// The nearest single-precision number; coordinates of a room are far from its limits.
-#[expect(clippy::cast_possible_truncation, reason = "rounding to the nearest f32 is what is asked for")]
-fn single(value: f64) -> f32 {
-    value as f32
 }
 
 #[cfg(test)]

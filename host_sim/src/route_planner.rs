@@ -4,7 +4,7 @@ use controller_core::planning::{Footprint, PlanError, Planner, Workspace};
 use controller_core::units::Point;
 use nalgebra::Point2;
 
-use crate::proximity_model::{narrow, narrow_point};
+use crate::number::{narrow, narrow_point};
 use crate::raster::{Raster, RasterError};
 use crate::scenario::Scenario;
 

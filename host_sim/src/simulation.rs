@@ -10,7 +10,8 @@ use controller_core::units::Pose;
 use nalgebra::Point2;
 
 use crate::khepera::{Khepera, KheperaModel, TICK_S, TruePose, wrapped};
-use crate::proximity_model::{ProximityRing, SENSORS, narrow};
+use crate::number::narrow;
+use crate::proximity_model::{ProximityRing, SENSORS};
 use crate::random::{Purpose, Stream};
 use crate::scenario::NoiseLevels;
 use crate::sil::ControllerPort;
@@ -39,7 +40,7 @@ pub const PAPERS: NoiseLevels = NoiseLevels {
 /// Whether the body touches something, tested at every tick.
 ///
 /// The clearance shrinks by no more than what robot and movers have travelled since it was computed, so until they have
-/// travelled that far there is nothing to compute: exact, and fifty times cheaper.
+/// travelled that far there is nothing to compute, and the answer stays exact.
 #[derive(Debug, Clone)]
 struct ContactTest {
     spare_m: f64,
@@ -47,7 +48,6 @@ struct ContactTest {
     change_s: f64,
     touching: bool,
     count: u32,
-    nearest_m: f64,
 }
 
 /// Clearance above which a contact has ended; below it a robot that slides along a wall would count again and again.
@@ -55,7 +55,7 @@ const CONTACT_ENDS_M: f64 = 2e-4;
 
 impl ContactTest {
     fn new() -> Self {
-        Self { spare_m: 0.0, change_s: 0.0, touching: false, count: 0, nearest_m: f64::INFINITY }
+        Self { spare_m: 0.0, change_s: 0.0, touching: false, count: 0 }
     }
 
     /// Whether the body at `centre` is clear after robot and movers moved by at most `moved_m`.
@@ -74,7 +74,6 @@ impl ContactTest {
         let clearance = world.clearance(centre, t_s) - radius_m;
         self.spare_m = clearance;
         self.change_s = world.next_change_s(t_s);
-        self.nearest_m = self.nearest_m.min(clearance);
         if clearance <= 0.0 {
             if !self.touching {
                 self.count += 1;
@@ -236,17 +235,6 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
     #[must_use]
     pub fn contacts(&self) -> u32 {
         self.contact.count
-    }
-
-    /// A lower bound of the smallest clearance so far, in m: the value when it was last computed.
-    #[must_use]
-    pub fn nearest_m(&self) -> f64 {
-        self.contact.nearest_m
-    }
-
-    /// The physical robot, to be changed under way.
-    pub fn robot_mut(&mut self) -> &mut Khepera {
-        &mut self.robot
     }
 
     /// Hash of everything so far: the controller's decisions and the robot's true poses.

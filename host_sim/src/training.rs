@@ -7,7 +7,7 @@ use controller_core::scalar::Scalar;
 use nalgebra::Point2;
 
 use crate::khepera::{KheperaModel, TruePose};
-use crate::proximity_model::narrow_point;
+use crate::number::narrow_point;
 use crate::random::{Purpose, Stream};
 use crate::scenario::NoiseLevels;
 use crate::sil::{ControllerPort, Sil};

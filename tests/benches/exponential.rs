@@ -6,9 +6,9 @@
 //!
 //! Each pass computes 12 × 225 Gaussians exp(−x), as many as 12 obstacle fields have over 15 × 15 neurons, at the
 //! arguments that occur there (0 to 16; weaker ones are not computed). Times are those of one process and are printed
-//! as ratios to `libm::expf`, since a host's nanoseconds mean nothing to a microcontroller: there, `expf` of libm
-//! computes in `f64` where the FPU has none, and the fixed-point one needs no FPU at all. Instructions on the targets
-//! are the firmware's business. The minimum of many passes is taken: what disturbs only ever adds.
+//! as ratios to `libm::expf`, since a host's nanoseconds mean nothing to a microcontroller: without an FPU only the
+//! fixed-point one is spared emulated floats. Instructions on the targets are the firmware's business. The minimum of
+//! many passes is taken: what disturbs only ever adds.
 
 use core::hint::black_box;
 use std::time::Instant;

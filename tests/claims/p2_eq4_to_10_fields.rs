@@ -170,9 +170,9 @@ fn compare<S: Scalar>(pair: &mut Pair<S>) -> Compared {
             bearing: wide(detection.bearing_rad),
             distance: wide(detection.distance_m) / pair.reach_m,
         };
-        let winner = localise(&pair.neurons, &pair.widths, seen);
+        let winner = localise(&pair.neurons, &pair.widths, seen.charted());
         least_margin = least_margin.min(winner.margin);
-        centres.push(pair.neurons[winner.index].weight);
+        centres.push(pair.neurons[winner.index].weight.seen());
     }
     if least_margin < 1e-4 {
         return Compared::Undecided;

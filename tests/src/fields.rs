@@ -70,6 +70,16 @@ impl Place {
         }
     }
 
+    /// The place with a bearing within ±90°, as the map holds it: behind the robot with a distance < 0.
+    #[must_use]
+    pub fn charted(self) -> Self {
+        if self.is_ahead() {
+            self
+        } else {
+            Self { bearing: turn(0.0, self.bearing + PI), distance: -self.distance }
+        }
+    }
+
     /// Whether it is ahead, where the map's chart and the full circle agree.
     #[must_use]
     pub fn is_ahead(self) -> bool {

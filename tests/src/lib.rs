@@ -36,15 +36,7 @@ macro_rules! for_each_scalar {
     };
 }
 
-/// A number as a test computes with it, in the width of the controller's interfaces.
-#[allow(
-    clippy::cast_possible_truncation,
-    reason = "rounds to the nearest f32; tests stay far inside its range"
-)]
-#[must_use]
-pub fn narrow(value: f64) -> f32 {
-    value as f32
-}
+pub use host_sim::number::narrow;
 
 /// A controller's number as `f64`.
 #[must_use]

@@ -24,7 +24,8 @@ pub struct WinnerParameters<S> {
     /// A(α) holds the neurons whose bearing differs by at most this much more than the closest one's (rad).
     ///
     /// *Open in the papers*; chosen because the exact nearest bearing alone, once the weights have left the grid,
-    /// picks one neuron whatever its distance (3.6 mm and 9 % never stopping, against 1.7 mm at 0.1 rad).
+    /// picks one neuron whatever its distance (prototype: 3.6 mm and 9 % never stopping,
+    /// against 1.7 mm at 0.1 rad).
     pub bearing_tolerance: S,
     /// `γ_α` of Eq. 3.
     pub bearing_weight: S,

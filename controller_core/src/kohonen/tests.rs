@@ -10,21 +10,9 @@ use super::map::{Eligible, Map, Neuron, WinnerParameters};
 use super::output::{ControlMatrix, MotorVector, Output};
 use super::self_organisation::{Annealing, displacement};
 use crate::scalar::{Fixed, Scalar};
+use crate::testing::{apart, narrow, wide};
 use crate::units::Pose;
 use proptest::prelude::*;
-
-fn wide<S: Scalar>(value: S) -> f64 {
-    f64::from(value.to_f32())
-}
-
-#[allow(clippy::cast_possible_truncation, reason = "rounds to the nearest f32")]
-fn narrow(value: f64) -> f32 {
-    value as f32
-}
-
-fn apart(a: f64, b: f64) -> f64 {
-    (a - b).sin().atan2((a - b).cos())
-}
 
 fn features<S: Scalar>((bearing, distance): (f32, f32)) -> Features<S> {
     Features { bearing: S::from_f32(bearing), distance: S::from_f32(distance) }

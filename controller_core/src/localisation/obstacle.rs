@@ -91,9 +91,10 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>
             let sensed = scaling.features(*obstacle);
             let centre = match p.centre {
                 FieldCentre::Sensed => sensed,
+                // The map knows places behind the robot only in its own chart; the field is of the full circle.
                 FieldCentre::Neuron => map
-                    .winner(&reaching.winner, sensed, Eligible::Trained)
-                    .map_or(sensed, |index| map.place(index)),
+                    .winner(&reaching.winner, sensed.folded(), Eligible::Trained)
+                    .map_or(sensed, |index| map.place(index).unfolded()),
             };
             // One per sensor: the list holds as many.
             let _ = self.centres.push(centre);

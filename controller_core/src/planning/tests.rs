@@ -331,37 +331,6 @@ fn a_bit_grid_answers_like_the_raster_it_copies() {
     assert_eq!(BitGrid::<1>::new(4, 4, f32::NAN, (0.0, 0.0)), Err(GridError::BadGeometry));
 }
 
-/// Time on 512 × 512 cells: `cargo test --release -p controller_core planning::tests::time -- --ignored --nocapture`.
-#[test]
-#[ignore = "measures; the bar depends on the machine"]
-fn time_of_large_maps() {
-    let mut planner = std::boxed::Box::new(Planner::<8192, 16384>::new());
-    for (discs, walls) in [(0, 0), (100, 4), (400, 2), (1200, 0)] {
-        for seed in 0..4 {
-            let mut random = Random::new(seed + 99);
-            let world = World::random(seed, 512, 512, discs, walls);
-            let mut grid = std::boxed::Box::new(BitGrid::<8192>::new(512, 512, CELL_M, (0.0, 0.0)).unwrap());
-            for column in 0..512 {
-                for row in 0..512 {
-                    grid.set_free(column, row, world.is_free(column, row)).unwrap();
-                }
-            }
-            let (s, g) = (clear_cell(&world, &mut random).unwrap(), clear_cell(&world, &mut random).unwrap());
-            let (start, goal) = (middle::<f32>(&world, s.0, s.1), middle::<f32>(&world, g.0, g.1));
-            let before = std::time::Instant::now();
-            let plan = planner.plan::<f32, _, 256>(&*grid, &khepera(), start, goal);
-            let time_ms = before.elapsed().as_secs_f64() * 1e3;
-            let (cells, passages) = (planner.cell_count(), planner.passage_count());
-            let checkpoints = plan.map(|plan| plan.len());
-            std::println!(
-                "{discs} discs, {walls} walls: {time_ms:.1} ms, {cells} of {} cells, {passages} passages, \
-                 {checkpoints:?}",
-                world.free_cells()
-            );
-        }
-    }
-}
-
 #[test]
 fn scratch_memory_is_as_documented() {
     for (size, cells, passages) in [

@@ -7,6 +7,7 @@ use std::vec::Vec;
 use super::odometry::{Odometry, OdometryParameters};
 use crate::config::Config;
 use crate::scalar::{Fixed, Scalar};
+use crate::testing::{apart, wide};
 use crate::units::{EncoderCounts, Pose};
 use proptest::prelude::*;
 
@@ -32,10 +33,8 @@ impl Exact {
 }
 
 fn error<S: Scalar>(pose: Pose<S>, exact: Exact) -> (f64, f64) {
-    let wide = |value: S| f64::from(value.to_f32());
-    let turn = wide(pose.heading_rad) - exact.2;
     let distance = (wide(pose.x_m) - exact.0).hypot(wide(pose.y_m) - exact.1);
-    (distance, turn.sin().atan2(turn.cos()).abs())
+    (distance, apart(wide(pose.heading_rad), exact.2))
 }
 
 /// Drives with constant counts per tick, each for some ticks; the counters start anywhere.

@@ -2,16 +2,8 @@
 
 use super::{Point, Polar, Pose, angle_between, wrap};
 use crate::scalar::{Fixed, Scalar};
+use crate::testing::{apart, wide};
 use proptest::prelude::*;
-
-fn wide<S: Scalar>(value: S) -> f64 {
-    f64::from(value.to_f32())
-}
-
-/// How far two angles are apart on the circle.
-fn apart(a: f64, b: f64) -> f64 {
-    (a - b).sin().atan2((a - b).cos()).abs()
-}
 
 fn wrapping_keeps_the_direction<S: Scalar>(angle: f32) {
     let wrapped = wrap(S::from_f32(angle));
