@@ -199,8 +199,6 @@ pub struct CooperativeConfig {
     pub obstacle_front_sigma_m: f32,
     /// Where obstacle fields are centred.
     pub obstacle_centre: FieldCentre,
-    /// Whether the target's own place competes (see [`crate::integration::neural`]).
-    pub target_competes: bool,
     /// Swept path: clearance wished beyond the body.
     pub sweep_margin_m: f32,
     /// Swept path: inhibition per margin of lacking clearance; 0 switches it off.
@@ -365,7 +363,6 @@ impl Default for CooperativeConfig {
             obstacle_behind_sigma_m: 2.5,
             obstacle_front_sigma_m: 0.0068,
             obstacle_centre: FieldCentre::Sensed,
-            target_competes: true,
             sweep_margin_m: 0.0059,
             sweep_strength: 16.0,
             sweep_look_ahead: 1.0,
@@ -692,7 +689,6 @@ impl Config {
                 front_steepness: steepness(c.obstacle_front_sigma_m / reach_m),
                 centre: c.obstacle_centre,
             },
-            target_competes: c.target_competes,
         }
     }
 

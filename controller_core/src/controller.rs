@@ -95,7 +95,7 @@ struct TrainingStep<S> {
 #[derive(Clone, Debug)]
 struct Standing<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize> {
     target: Stamped<Option<TargetField<S>>>,
-    obstacles: Stamped<ObstacleField<S, COLUMNS, ROWS, SENSORS>>,
+    obstacles: Stamped<ObstacleField<S, COLUMNS, ROWS>>,
     /// Detected points of the last scan, robot frame.
     points: Vec<Point<S>, SENSORS>,
     /// P1: the command for the target, and away from obstacles.
@@ -286,7 +286,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             self.memory.remember(&p.memory, pose.to_world_frame(point, rotation));
         }
         let field = &mut self.standing.obstacles;
-        field.value.renew(&self.map, &p.neural.obstacle, &p.reaching, &p.scaling, &seen);
+        field.value.renew(&self.map, &p.neural.obstacle, &p.reaching.winner, &p.scaling, &seen);
         field.renewed = now;
     }
 
@@ -467,7 +467,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
 
     /// The obstacle fields, with their age.
     #[must_use]
-    pub fn obstacle_field(&self) -> &Stamped<ObstacleField<S, COLUMNS, ROWS, SENSORS>> {
+    pub fn obstacle_field(&self) -> &Stamped<ObstacleField<S, COLUMNS, ROWS>> {
         &self.standing.obstacles
     }
 

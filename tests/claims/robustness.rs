@@ -134,7 +134,6 @@ fn variants<S: Scalar>() -> [Parameters<S, SENSORS>; 3] {
     literal.cooperative.cruise_share = 0.0;
     literal.reaching.beyond = controller_core::motor_control::Beyond::OwnWeight;
     literal.cooperative.obstacle_centre = controller_core::localisation::obstacle::FieldCentre::Neuron;
-    literal.cooperative.target_competes = false;
     literal.schedule.avoidance_period_ms = 2;
     literal.schedule.target_period_ms = 4;
     literal.schedule.step_ms = 8;

@@ -5,9 +5,6 @@
 //!
 //! # We changed
 //!
-//! * **The target competes at its own place**: where s stands for a target that is not at `w_s`, the obstacle fields
-//!   are asked at the target, not at `w_s`. Near a goal in a narrow corner the two differ by centimetres, and that
-//!   decides whether the robot gets there ([`NeuralParameters::target_competes`]).
 //! * **Swept path**: candidates are taken from the highest `e_i` down and lose what [`crate::integration::sweep`] says
 //!   of their way, until the best of those judged beats all others unjudged. The result is that of judging all
 //!   225; usually fewer than ten are.
@@ -29,8 +26,6 @@ pub struct NeuralParameters<S> {
     pub target: TargetFieldParameters<S>,
     /// Obstacle fields.
     pub obstacle: ObstacleFieldParameters<S>,
-    /// Whether the target's own place is a candidate beside the neurons.
-    pub target_competes: bool,
 }
 
 /// What integration decided, and why.
@@ -55,11 +50,11 @@ struct Activities<S: Scalar, const COLUMNS: usize, const ROWS: usize>([[S::Weigh
 const OUT: i32 = -8;
 
 impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> Activities<S, COLUMNS, ROWS> {
-    fn new<O: Output<S>, const SENSORS: usize>(
+    fn new<O: Output<S>>(
         map: &Map<S, O, COLUMNS, ROWS>,
         parameters: &NeuralParameters<S>,
         target: &TargetField<S>,
-        obstacles: &ObstacleField<S, COLUMNS, ROWS, SENSORS>,
+        obstacles: &ObstacleField<S, COLUMNS, ROWS>,
     ) -> Self {
         let out = S::from_i32(OUT);
         let mut activities = [[out.to_weight(); ROWS]; COLUMNS];
@@ -91,25 +86,17 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> Activities<S, COLUMNS, 
 }
 
 /// Chooses the command; `sweep` gives the further inhibition of a way. `None` while nothing is trained.
-pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>(
+pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     map: &Map<S, O, COLUMNS, ROWS>,
     parameters: &NeuralParameters<S>,
     reaching: &ReachingParameters<S>,
     scaling: &Scaling<S>,
     target: &TargetField<S>,
-    obstacles: &ObstacleField<S, COLUMNS, ROWS, SENSORS>,
+    obstacles: &ObstacleField<S, COLUMNS, ROWS>,
     sweep: impl Fn(Polar<S>) -> S,
 ) -> Option<Decision<S>> {
     let mut best: Option<Decision<S>> = None;
     let mut count = 0_u16;
-    if parameters.target_competes {
-        let e = parameters.target.amplitude
-            - obstacles.at(&parameters.obstacle, target.aim)
-            - sweep(scaling.place(target.aim));
-        count += 1;
-        let command = command_of(map, reaching.beyond, target.winner, target.aim);
-        best = Some(Decision { command, winner: target.winner, activity: e, is_target: true, judged: count });
-    }
     let mut activities = Activities::new(map, parameters, target, obstacles);
     while let Some((index, e)) = activities.pop_best() {
         if best.is_some_and(|decision| decision.activity >= e) {
@@ -118,7 +105,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
         count += 1;
         let activity = e - sweep(scaling.place(map.place(index)));
         if best.is_none_or(|decision| activity > decision.activity) {
-            let is_target = index == target.winner && !parameters.target_competes;
+            let is_target = index == target.winner;
             let command = if is_target {
                 command_of(map, reaching.beyond, index, target.aim)
             } else {

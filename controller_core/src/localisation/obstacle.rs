@@ -9,10 +9,12 @@
 //!   ([`FieldCentre::Sensed`]). The sensors see farther than a step reaches, so the literal winner pulls every far
 //!   obstacle onto the outermost neurons (doors and rooms fell from 100 % to 0 % in a prototype).
 
+use heapless::Vec;
+
 use crate::kohonen::features::{Features, Scaling};
-use crate::kohonen::map::{Eligible, Map};
+use crate::kohonen::lattice::NeuronIndex;
+use crate::kohonen::map::{Eligible, Map, WinnerParameters};
 use crate::kohonen::output::Output;
-use crate::motor_control::ReachingParameters;
 use crate::scalar::Scalar;
 use crate::units::{Polar, angle_between};
 
@@ -59,69 +61,51 @@ pub fn activity<S: Scalar>(p: &ObstacleFieldParameters<S>, centre: Features<S>, 
     if exponent > S::from_i32(NEGLIGIBLE_EXPONENT) { S::ZERO } else { exponent.exp_neg() }
 }
 
-/// `Σ_j b_ij` for every neuron i of the map, and the obstacles they came from.
+/// `Σ_j b_ij` for every neuron i of the map.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ObstacleField<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize> {
+pub struct ObstacleField<S: Scalar, const COLUMNS: usize, const ROWS: usize> {
     sum: [[S::Weight; ROWS]; COLUMNS],
-    centres: heapless::Vec<Features<S>, SENSORS>,
 }
 
-impl<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize> Default
-    for ObstacleField<S, COLUMNS, ROWS, SENSORS>
-{
+impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> Default for ObstacleField<S, COLUMNS, ROWS> {
     fn default() -> Self {
-        Self { sum: [[S::ZERO.to_weight(); ROWS]; COLUMNS], centres: heapless::Vec::new() }
+        Self { sum: [[S::ZERO.to_weight(); ROWS]; COLUMNS] }
     }
 }
 
-impl<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>
-    ObstacleField<S, COLUMNS, ROWS, SENSORS>
-{
+impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMNS, ROWS> {
     /// Renews the fields from what the sensors detect.
-    pub fn renew<O: Output<S>>(
+    pub fn renew<O: Output<S>, const SENSORS: usize>(
         &mut self,
         map: &Map<S, O, COLUMNS, ROWS>,
         p: &ObstacleFieldParameters<S>,
-        reaching: &ReachingParameters<S>,
+        winner: &WinnerParameters<S>,
         scaling: &Scaling<S>,
-        detections: &[Polar<S>],
+        detections: &Vec<Polar<S>, SENSORS>,
     ) {
-        self.centres.clear();
-        for obstacle in detections {
+        let centre = |obstacle: &Polar<S>| {
             let sensed = scaling.features(*obstacle);
-            let centre = match p.centre {
+            match p.centre {
                 FieldCentre::Sensed => sensed,
                 // The map knows places behind the robot only in its own chart; the field is of the full circle.
                 FieldCentre::Neuron => map
-                    .winner(&reaching.winner, sensed.folded(), Eligible::Trained)
+                    .winner(winner, sensed.folded(), Eligible::Trained)
                     .map_or(sensed, |index| map.place(index).unfolded()),
-            };
-            // One per sensor: the list holds as many.
-            let _ = self.centres.push(centre);
-        }
+            }
+        };
+        let centres: Vec<Features<S>, SENSORS> = detections.iter().map(centre).collect();
         for (index, place) in map.places(Eligible::Trained) {
-            self.sum[usize::from(index.column)][usize::from(index.row)] = self.at(p, place).to_weight();
+            let place = place.unfolded();
+            let sum = centres.iter().fold(S::ZERO, |sum, &centre| sum + activity(p, centre, place));
+            self.sum[usize::from(index.column)][usize::from(index.row)] = sum.to_weight();
         }
-    }
-
-    /// `Σ_j b_j` at any place.
-    #[must_use]
-    pub fn at(&self, p: &ObstacleFieldParameters<S>, place: Features<S>) -> S {
-        let place = place.unfolded();
-        self.centres.iter().fold(S::ZERO, |sum, &centre| sum + activity(p, centre, place))
     }
 
     /// The summed inhibition of a neuron, as stored.
     #[must_use]
-    pub fn inhibition(&self, index: crate::kohonen::lattice::NeuronIndex) -> S {
+    pub fn inhibition(&self, index: NeuronIndex) -> S {
         let column = self.sum.get(usize::from(index.column));
         column.and_then(|rows| rows.get(usize::from(index.row))).map_or(S::ZERO, |&sum| S::from_weight(sum))
-    }
-
-    /// Nothing is detected at present.
-    #[must_use]
-    pub fn is_clear(&self) -> bool {
-        self.centres.is_empty()
     }
 }
 
