@@ -241,6 +241,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
                 (self.standing.command.age_ms(now), p.command_age_max_ms.saturating_add(period))
             }),
             stalled: self.servo.is_stalled(),
+            ..Conditions::default()
         }
     }
 

@@ -8,6 +8,9 @@
 //! | scan too old | with the next scan |
 //! | command too old | with the next command |
 //! | stalled | by itself after a second: the servo starts again from rest |
+//! | link silent | with the next valid frame |
+//! | deadline missed | after a second in which every task was in time |
+//! | drive invalid | with the next drive that is a number within ±1 |
 
 use crate::schedule::Tick;
 
@@ -28,6 +31,12 @@ pub enum StopCause {
     CommandTooOld,
     /// A wheel did not follow its reference.
     Stalled,
+    /// Nothing valid has come over the link for too long.
+    LinkSilent,
+    /// A task was not done when it was to begin again.
+    DeadlineMissed,
+    /// The servo's drive is no number within ±1.
+    DriveInvalid,
 }
 
 /// What the gate looks at besides its own state.
@@ -41,6 +50,19 @@ pub struct Conditions {
     pub command_age_ms: Option<(Tick, u16)>,
     /// The servo reports a stall.
     pub stalled: bool,
+    /// What only the firmware around the controller can notice.
+    pub supervision: Supervision,
+    /// The drive that is to be gated is no number within ±1.
+    pub drive_invalid: bool,
+}
+
+/// What only the firmware around the controller can notice; nothing is amiss by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Supervision {
+    /// Nothing valid has come over the link for longer than its limit.
+    pub link_silent: bool,
+    /// A task missed its deadline less than a second ago.
+    pub deadline_missed: bool,
 }
 
 /// Armed or not, stopped or not.
@@ -72,6 +94,12 @@ impl Gate {
         self.emergency = false;
     }
 
+    /// An emergency stop is latched.
+    #[must_use]
+    pub fn is_emergency(&self) -> bool {
+        self.emergency
+    }
+
     /// Why the wheels must stand still, the gravest cause first; `None` lets them run.
     #[must_use]
     pub fn check(&self, conditions: &Conditions) -> Option<StopCause> {
@@ -80,6 +108,12 @@ impl Gate {
             Some(StopCause::EmergencyStop)
         } else if !self.armed {
             Some(StopCause::NotArmed)
+        } else if conditions.drive_invalid {
+            Some(StopCause::DriveInvalid)
+        } else if conditions.supervision.link_silent {
+            Some(StopCause::LinkSilent)
+        } else if conditions.supervision.deadline_missed {
+            Some(StopCause::DeadlineMissed)
         } else if conditions.untrained {
             Some(StopCause::UntrainedMap)
         } else if too_old(conditions.scan_age_ms) {
@@ -96,7 +130,7 @@ impl Gate {
 
 #[cfg(test)]
 mod tests {
-    use super::{Conditions, Gate, StopCause};
+    use super::{Conditions, Gate, StopCause, Supervision};
 
     #[test]
     fn an_emergency_stop_is_latched() {
@@ -123,6 +157,14 @@ mod tests {
         assert_eq!(gate.check(&scan(400)), None);
         let command = Conditions { command_age_ms: Some((401, 400)), stalled: true, ..Conditions::default() };
         assert_eq!(gate.check(&command), Some(StopCause::CommandTooOld));
+        let silent = Supervision { link_silent: true, deadline_missed: true };
+        let silent = Conditions { supervision: silent, ..Conditions::default() };
+        assert_eq!(gate.check(&silent), Some(StopCause::LinkSilent));
+        let late = Supervision { link_silent: false, deadline_missed: true };
+        let late = Conditions { supervision: late, ..Conditions::default() };
+        assert_eq!(gate.check(&late), Some(StopCause::DeadlineMissed));
+        let invalid = Conditions { drive_invalid: true, stalled: true, ..Conditions::default() };
+        assert_eq!(gate.check(&invalid), Some(StopCause::DriveInvalid));
         let stalled = Conditions { stalled: true, ..Conditions::default() };
         assert_eq!(gate.check(&stalled), Some(StopCause::Stalled));
     }

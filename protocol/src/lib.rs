@@ -37,6 +37,8 @@
 
 pub mod message;
 
+pub mod schema;
+
 pub mod codec;
 
 pub mod map_file;

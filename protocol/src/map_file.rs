@@ -34,7 +34,6 @@ const MAGIC: [u8; 8] = *b"EKM-MAP\n";
 const HEADER_BYTES_MAX: usize = (3 + 1 + 1 + 1 + 4 + 4) + (10 + 5 + 3 + 10) + (1 + CORE_VERSION_BYTES);
 // The length, whose u32 takes at most 5 bytes.
 const LIST_LENGTH_BYTES_MAX: usize = 5;
-const RECORD_BYTES: usize = 4 * 6 + 1;
 
 /// What a map is, and what its numbers mean. Every real is finite.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -184,16 +183,22 @@ impl MapHeader {
 }
 
 impl NeuronRecord {
-    fn check(&self, neuron: usize) -> Result<(), MapFileError> {
-        let not_finite = all_finite(&[
+    /// Bytes of one.
+    pub const BYTES: usize = 4 * 6 + 1;
+
+    pub(crate) fn first_invalid(&self) -> Option<&'static str> {
+        all_finite(&[
             ("bearing_rad", self.bearing_rad),
             ("distance_per_reach", self.distance_per_reach),
             ("left[0]", self.left[0]),
             ("left[1]", self.left[1]),
             ("right[0]", self.right[0]),
             ("right[1]", self.right[1]),
-        ]);
-        match not_finite {
+        ])
+    }
+
+    fn check(&self, neuron: usize) -> Result<(), MapFileError> {
+        match self.first_invalid() {
             Some(field) => Err(MapFileError::WeightNotFinite { neuron, field }),
             None => Ok(()),
         }
@@ -203,7 +208,7 @@ impl NeuronRecord {
 /// Room that a map of so many neurons always fits into.
 #[must_use]
 pub const fn encoded_bytes_max(neurons: usize) -> usize {
-    OVERHEAD_BYTES + HEADER_BYTES_MAX + LIST_LENGTH_BYTES_MAX + neurons * RECORD_BYTES
+    OVERHEAD_BYTES + HEADER_BYTES_MAX + LIST_LENGTH_BYTES_MAX + neurons * NeuronRecord::BYTES
 }
 
 /// Writes a map to the front of `out` and gives back the part it takes.

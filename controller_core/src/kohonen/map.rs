@@ -4,6 +4,7 @@ use crate::kohonen::features::{BEHIND_SHARE, Command, Features};
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::output::Output;
 use crate::scalar::Scalar;
+use crate::state_hash::StateHash;
 use crate::units::angle_between;
 
 /// One neuron: sensory weight `w_i` and output.
@@ -190,6 +191,21 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
         } else {
             self.won[column] &= !(1 << row);
         }
+    }
+
+    /// Hash of all weights, outputs and wins, column by column: equal hashes, equal maps.
+    #[must_use]
+    pub fn hash(&self) -> u64 {
+        let mut hash = StateHash::default();
+        for (neurons, &won) in self.neurons.iter().zip(&self.won) {
+            for neuron in neurons {
+                hash.add(S::from_weight(neuron.bearing));
+                hash.add(S::from_weight(neuron.distance));
+                neuron.output.hash_into(&mut hash);
+            }
+            hash.add_word(won);
+        }
+        hash.value()
     }
 
     pub(crate) fn mark_won(&mut self, index: NeuronIndex) {

@@ -6,6 +6,7 @@ use core::fmt::Debug;
 
 use crate::kohonen::features::{Command, Features};
 use crate::scalar::Scalar;
+use crate::state_hash::StateHash;
 
 /// The output layer of a map.
 pub trait Output<S: Scalar>: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
@@ -22,6 +23,9 @@ pub trait Output<S: Scalar>: Copy + Debug + Default + PartialEq + Send + Sync + 
     /// One gradient step towards `executed` at the place really reached; `rate` is η·G in 0..=1 and
     /// `regularisation` the ε of the normalised step.
     fn learn(&mut self, reached: Features<S>, executed: Command<S>, rate: S, regularisation: S);
+
+    /// Adds the stored numbers to a hash.
+    fn hash_into(&self, hash: &mut StateHash);
 }
 
 /// Indirect mapping: the 2×2 control parameter matrix `M_i` of `c = M_i u` (P1 Eq. 1).
@@ -81,6 +85,10 @@ impl<S: Scalar> Output<S> for ControlMatrix<S::Weight> {
         update(&mut self.left, executed.left - said.left);
         update(&mut self.right, executed.right - said.right);
     }
+
+    fn hash_into(&self, hash: &mut StateHash) {
+        self.left.iter().chain(&self.right).for_each(|&weight| hash.add(S::from_weight(weight)));
+    }
 }
 
 /// Direct mapping, P1's baseline: one motor vector `c_i`, whatever the exact place. Units: c*.
@@ -111,6 +119,11 @@ impl<S: Scalar> Output<S> for MotorVector<S::Weight> {
         };
         update(&mut self.left, executed.left);
         update(&mut self.right, executed.right);
+    }
+
+    fn hash_into(&self, hash: &mut StateHash) {
+        hash.add(S::from_weight(self.left));
+        hash.add(S::from_weight(self.right));
     }
 }
 

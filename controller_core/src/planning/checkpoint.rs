@@ -10,28 +10,29 @@ use crate::units::{Point, Pose};
 
 /// A list of checkpoints that does not fit, or a number that names none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CheckpointError {
     /// More checkpoints than the fixed capacity holds; nothing was changed.
     TooMany {
         /// How many were to be held.
-        count: usize,
+        count: u16,
         /// How many can be.
-        capacity: usize,
+        capacity: u16,
     },
     /// The number is of a checkpoint already reached, or of none; nothing was changed.
     NotAhead {
         /// The number asked for.
-        number: usize,
+        number: u16,
         /// The numbers still ahead, from …
-        first: usize,
+        first: u16,
         /// … up to, not including, this.
-        end: usize,
+        end: u16,
     },
     /// A coordinate is not a number or beyond ±2000 m; nothing was changed.
     OutOfRange {
         /// Position in the list given.
-        position: usize,
+        position: u16,
     },
 }
 
@@ -94,10 +95,15 @@ impl<S, const CAPACITY: usize> Default for Checkpoints<S, CAPACITY> {
     }
 }
 
+/// For reports: more than 65,535 is told as that.
+fn saturated(count: usize) -> u16 {
+    u16::try_from(count).unwrap_or(u16::MAX)
+}
+
 fn check<S: Scalar>(points: &[Point<S>]) -> Result<(), CheckpointError> {
     let valid = |x: S| x >= -S::LIMIT && x <= S::LIMIT;
     match points.iter().position(|point| !(valid(point.x_m) && valid(point.y_m))) {
-        Some(position) => Err(CheckpointError::OutOfRange { position }),
+        Some(position) => Err(CheckpointError::OutOfRange { position: saturated(position) }),
         None => Ok(()),
     }
 }
@@ -110,7 +116,7 @@ impl<S: Scalar, const CAPACITY: usize> Checkpoints<S, CAPACITY> {
     pub fn replace_all(&mut self, points: &[Point<S>]) -> Result<(), CheckpointError> {
         check(points)?;
         if points.len() > CAPACITY {
-            return Err(CheckpointError::TooMany { count: points.len(), capacity: CAPACITY });
+            return Err(Self::too_many(points.len()));
         }
         self.ahead.clear();
         self.reached = 0;
@@ -126,10 +132,14 @@ impl<S: Scalar, const CAPACITY: usize> Checkpoints<S, CAPACITY> {
         check(points)?;
         let count = self.ahead.len() + points.len();
         if count > CAPACITY {
-            return Err(CheckpointError::TooMany { count, capacity: CAPACITY });
+            return Err(Self::too_many(count));
         }
         self.extend(points);
         Ok(())
+    }
+
+    fn too_many(count: usize) -> CheckpointError {
+        CheckpointError::TooMany { count: saturated(count), capacity: saturated(CAPACITY) }
     }
 
     fn extend(&mut self, points: &[Point<S>]) {
@@ -148,7 +158,8 @@ impl<S: Scalar, const CAPACITY: usize> Checkpoints<S, CAPACITY> {
         let first = usize::from(self.reached);
         let end = first + self.ahead.len();
         let place = number.checked_sub(first).and_then(|position| self.ahead.iter_mut().nth(position));
-        let place = place.ok_or(CheckpointError::NotAhead { number, first, end })?;
+        let (number, end) = (saturated(number), saturated(end));
+        let place = place.ok_or(CheckpointError::NotAhead { number, first: self.reached, end })?;
         *place = point;
         Ok(())
     }

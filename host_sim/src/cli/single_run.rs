@@ -128,6 +128,9 @@ fn stop_text(cause: StopCause) -> &'static str {
         StopCause::ScanTooOld => "proximity sensors silent for too long",
         StopCause::CommandTooOld => "no command for too long",
         StopCause::Stalled => "a wheel stalled under way",
+        StopCause::LinkSilent => "the link was silent for too long",
+        StopCause::DeadlineMissed => "the board missed a deadline",
+        StopCause::DriveInvalid => "the servo gave no usable drive",
     }
 }
 
