@@ -17,6 +17,7 @@ use crate::localisation::obstacle::{FieldCentre, ObstacleFieldParameters};
 use crate::localisation::target::TargetFieldParameters;
 use crate::motor_control::{Beyond, ReachingParameters};
 use crate::planning::checkpoint::CheckpointParameters;
+use crate::reflex::ReflexParameters;
 use crate::scalar::Scalar;
 use crate::schedule::Schedule;
 use crate::sensing::odometry::OdometryParameters;
@@ -564,7 +565,7 @@ impl Config {
         self.validate()?;
         let s = S::from_f32;
         let (robot, reach_m) = (&self.robot, self.reach_m());
-        let counts_per_radian = robot.encoder_counts_per_m * robot.wheel_base_m;
+        let counts_per_radian = self.counts_per_radian();
         // The only number that valid fields can bring beyond what fixed point holds in a robot one could build.
         if s(counts_per_radian).to_f32() < 0.99 * counts_per_radian {
             let must = "at most 2,000 / robot.wheel_base_m in fixed point (divide finer encoders)";
@@ -576,29 +577,15 @@ impl Config {
         }
         Ok(Parameters {
             architecture: self.architecture,
-            schedule: Schedule {
-                avoidance_period_ms: self.schedule.avoidance_period_ms,
-                target_period_ms: self.schedule.target_period_ms,
-                step_ms: self.schedule.step_ms,
-            },
+            reflex: self.reflex_parameters(),
             scaling: Scaling::new(robot.speed_limit_mps, f32::from(self.schedule.step_ms) / 1000.0),
             speed_limit_mps: s(robot.speed_limit_mps),
             proximity: ProximityParameters {
                 body_radius_m: s(robot.body_radius_m),
                 range_m: s(robot.sensor_range_m),
             },
-            odometry: OdometryParameters {
-                half_counts_per_5_cm: s(robot.encoder_counts_per_m * 0.1),
-                counts_per_radian: s(counts_per_radian),
-            },
-            servo: self.servo_parameters(),
             learning: self.learning_parameters(),
             reaching: self.reaching_parameters(),
-            checkpoints: CheckpointParameters {
-                tolerance_m: s(self.reaching.checkpoint_tolerance_m),
-                goal_tolerance_m: s(self.reaching.goal_tolerance_m),
-                goal_speed_mps: s(self.reaching.goal_speed_mps),
-            },
             neural: self.neural_parameters(reach_m),
             sweep: self.sweep_parameters(),
             memory: MemoryParameters {
@@ -616,14 +603,40 @@ impl Config {
                 gain: s(self.fusion.avoidance_gain),
             },
             target_share: s(self.fusion.target_share),
-            scan_age_max_ms: self.safety.scan_age_max_ms,
-            command_age_max_ms: self.safety.command_age_max_ms,
         })
     }
 
     /// The longest way of one step of the map.
     fn reach_m(&self) -> f32 {
         self.robot.speed_limit_mps * f32::from(self.schedule.step_ms) / 1000.0
+    }
+
+    /// Counts of difference between the wheels for one radian of heading.
+    fn counts_per_radian(&self) -> f32 {
+        self.robot.encoder_counts_per_m * self.robot.wheel_base_m
+    }
+
+    fn reflex_parameters<S: Scalar>(&self) -> ReflexParameters<S> {
+        let s = S::from_f32;
+        ReflexParameters {
+            schedule: Schedule {
+                avoidance_period_ms: self.schedule.avoidance_period_ms,
+                target_period_ms: self.schedule.target_period_ms,
+                step_ms: self.schedule.step_ms,
+            },
+            odometry: OdometryParameters {
+                half_counts_per_5_cm: s(self.robot.encoder_counts_per_m * 0.1),
+                counts_per_radian: s(self.counts_per_radian()),
+            },
+            servo: self.servo_parameters(),
+            checkpoints: CheckpointParameters {
+                tolerance_m: s(self.reaching.checkpoint_tolerance_m),
+                goal_tolerance_m: s(self.reaching.goal_tolerance_m),
+                goal_speed_mps: s(self.reaching.goal_speed_mps),
+            },
+            scan_age_max_ms: self.safety.scan_age_max_ms,
+            command_age_max_ms: self.safety.command_age_max_ms,
+        }
     }
 
     fn servo_parameters<S: Scalar>(&self) -> ServoParameters<S> {
@@ -722,24 +735,18 @@ impl Config {
 pub struct Parameters<S, const SENSORS: usize> {
     /// Which architecture drives.
     pub architecture: Architecture,
-    /// Periods.
-    pub schedule: Schedule,
+    /// What the fast half needs.
+    pub reflex: ReflexParameters<S>,
     /// SI units ↔ features.
     pub scaling: Scaling<S>,
     /// c*.
     pub speed_limit_mps: S,
     /// Sensor ring.
     pub proximity: ProximityParameters<S>,
-    /// Encoders.
-    pub odometry: OdometryParameters<S>,
-    /// Servo.
-    pub servo: ServoParameters<S>,
     /// Online training.
     pub learning: LearningParameters<S>,
     /// Winner and motor control.
     pub reaching: ReachingParameters<S>,
-    /// Arrival.
-    pub checkpoints: CheckpointParameters<S>,
     /// Fields and integration.
     pub neural: NeuralParameters<S>,
     /// Swept path.
@@ -754,10 +761,6 @@ pub struct Parameters<S, const SENSORS: usize> {
     pub avoidance: AvoidanceParameters<S>,
     /// β of Eq. 10.
     pub target_share: S,
-    /// Oldest scan to drive on.
-    pub scan_age_max_ms: u16,
-    /// Oldest command to carry out.
-    pub command_age_max_ms: u16,
 }
 
 #[cfg(test)]
@@ -788,7 +791,7 @@ mod tests {
         for counts_per_m in [100.0, 12_000.0, 20_000.0] {
             let mut config = Config::default();
             config.robot.encoder_counts_per_m = counts_per_m;
-            let odometry = config.build::<Fixed, 12>().unwrap().odometry;
+            let odometry = config.build::<Fixed, 12>().unwrap().reflex.odometry;
             let five_cm = counts_per_m * 2.0 * 0.05;
             assert!((odometry.half_counts_per_5_cm.to_f32() - five_cm).abs() < 1e-3 * five_cm);
         }

@@ -123,7 +123,7 @@ impl<S: Scalar, O: Output<S>> ControllerPort for Sil<S, O> {
     }
 
     fn schedule(&self) -> Schedule {
-        self.parameters.schedule
+        self.parameters.reflex.schedule
     }
 
     fn set_mode(&mut self, mode: Mode, now: Tick) {
