@@ -58,6 +58,24 @@ impl<S: Scalar, const SENSORS: usize> Default for Inputs<S, SENSORS> {
     }
 }
 
+impl<const SENSORS: usize> Inputs<f32, SENSORS> {
+    /// The same in another scalar; what it cannot hold is saturated.
+    #[must_use]
+    pub fn converted<S: Scalar>(&self) -> Inputs<S, SENSORS> {
+        let pose = |pose: Pose<f32>| Pose {
+            x_m: S::from_f32(pose.x_m),
+            y_m: S::from_f32(pose.y_m),
+            heading_rad: S::from_f32(pose.heading_rad),
+        };
+        Inputs {
+            encoders: self.encoders,
+            pose_fix: self.pose_fix.map(pose),
+            scan: self.scan.map(|scan| Scan { range_m: scan.range_m.map(|range| range.map(S::from_f32)) }),
+            exploration: self.exploration.map(S::from_f32),
+        }
+    }
+}
+
 /// What goes out at a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outputs<S> {
@@ -71,6 +89,27 @@ pub struct Outputs<S> {
     pub stopped: Option<StopCause>,
     /// What was released in this tick.
     pub released: Release,
+}
+
+impl<S: Scalar> Outputs<S> {
+    /// The same in `f32`.
+    #[must_use]
+    pub fn to_f32(&self) -> Outputs<f32> {
+        let speeds = self.command.value;
+        Outputs {
+            drive: WheelDrive { left: self.drive.left.to_f32(), right: self.drive.right.to_f32() },
+            command: Stamped {
+                value: WheelSpeeds {
+                    left_mps: speeds.left_mps.to_f32(),
+                    right_mps: speeds.right_mps.to_f32(),
+                },
+                renewed: self.command.renewed,
+            },
+            reached: self.reached,
+            stopped: self.stopped,
+            released: self.released,
+        }
+    }
 }
 
 /// The whole architecture: both halves in static memory.

@@ -309,6 +309,9 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     }
 }
 
-fn speeds<S: Scalar, const SENSORS: usize>(p: &Parameters<S, SENSORS>, command: Command<S>) -> WheelSpeeds<S> {
+fn speeds<S: Scalar, const SENSORS: usize>(
+    p: &Parameters<S, SENSORS>,
+    command: Command<S>,
+) -> WheelSpeeds<S> {
     p.scaling.speeds(command).saturated(p.speed_limit_mps)
 }

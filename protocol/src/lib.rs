@@ -44,3 +44,7 @@ pub mod codec;
 pub mod map_file;
 
 mod container;
+
+pub mod convert;
+
+pub mod endpoint;

@@ -131,10 +131,10 @@ pub struct Hello {
     pub schema_hash: u64,
     /// The build of the speaker, for people to read (commit hash or release); need not agree.
     pub build_id: String<BUILD_ID_BYTES>,
-    /// The board.
-    pub board: Board,
-    /// What the controller computes with.
-    pub scalar: ScalarKind,
+    /// The board; `None` where any will do.
+    pub board: Option<Board>,
+    /// What the controller computes with; `None` where any will do.
+    pub scalar: Option<ScalarKind>,
     /// Hash of the learned map; `None` where there is no map yet, or where any will do.
     pub map_hash: Option<u64>,
     /// Hash of the parameters ([`controller_core::config::Config::hash`]); `None` where any will do.
@@ -251,7 +251,7 @@ pub struct FaultReport {
 /// Why the board has not done what it was asked. No reals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Refusal {
-    /// The hello does not fit; the board's own says in what.
+    /// No hello has come yet that fits; the board's own, with which it answers every hello, says in what.
     Mismatch,
     /// Only in the other time base.
     TimeBase {
@@ -291,6 +291,8 @@ pub enum Refusal {
     EmergencyStop,
     /// Not while the robot learns or navigates.
     NotStandingBy,
+    /// The answer would hold a number that is not finite.
+    NotFinite,
 }
 
 /// Reads and sets parameters. They are numbered as in [`controller_core::config::PARAMETERS`], which has name, unit, range
@@ -304,8 +306,11 @@ pub enum Parameters {
     },
     /// Stage a change: it acts from the next [`Parameters::Commit`].
     Set(ParameterValue),
-    /// Check all as a group and use them from the next tick; refused, what was staged is dropped.
+    /// Check all as a group and use them from the next tick. Refused, those in use stay, and what was staged waits to
+    /// be corrected.
     Commit,
+    /// Stage the defaults of all.
+    Defaults,
 }
 
 /// A parameter and its value.
@@ -513,11 +518,15 @@ impl Hello {
         if self.schema_hash != theirs.schema_hash {
             return Err(Mismatch::Schema { ours: self.schema_hash, theirs: theirs.schema_hash });
         }
-        if self.board != theirs.board {
-            return Err(Mismatch::Board { ours: self.board, theirs: theirs.board });
+        if let (Some(ours), Some(theirs)) = (self.board, theirs.board)
+            && ours != theirs
+        {
+            return Err(Mismatch::Board { ours, theirs });
         }
-        if self.scalar != theirs.scalar {
-            return Err(Mismatch::Scalar { ours: self.scalar, theirs: theirs.scalar });
+        if let (Some(ours), Some(theirs)) = (self.scalar, theirs.scalar)
+            && ours != theirs
+        {
+            return Err(Mismatch::Scalar { ours, theirs });
         }
         if let (Some(ours), Some(theirs)) = (self.map_hash, theirs.map_hash)
             && ours != theirs
@@ -628,7 +637,7 @@ impl Message for FromHost {
             | Self::EStop
             | Self::Begin
             | Self::Mode(_)
-            | Self::Parameters(Parameters::Get { .. } | Parameters::Commit)
+            | Self::Parameters(Parameters::Get { .. } | Parameters::Commit | Parameters::Defaults)
             | Self::Map(_)
             | Self::Health
             | Self::Telemetry
@@ -663,7 +672,7 @@ const _: () = {
     // One buffer for either: neurons, down and up, are the largest after checkpoints.
     assert!(FromHost::MAX_BYTES >= 1 + 1 + 3 + 1 + NEURONS_PER_MESSAGE * NeuronRecord::BYTES);
     // Hello: variant, version, schema, length and build id, board, scalar, two hashes, time base, epoch.
-    assert!(FromBoard::MAX_BYTES >= 1 + 3 + 10 + (1 + BUILD_ID_BYTES) + 1 + 1 + 2 * (1 + 10) + 1 + 5);
+    assert!(FromBoard::MAX_BYTES >= 1 + 3 + 10 + (1 + BUILD_ID_BYTES) + 2 + 2 + 2 * (1 + 10) + 1 + 5);
     // Health: variant, tick, three counts, three times three, three, stack.
     assert!(FromBoard::MAX_BYTES >= 1 + 10 + 5 * (3 + 9 + 3) + 1 + 5);
     assert!(FromBoard::MAX_BYTES >= 1 + 1 + 2 * ROWS * 4, "fields");
