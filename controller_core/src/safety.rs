@@ -18,6 +18,7 @@ use crate::schedule::Tick;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum StopCause {
     /// Someone asked for an emergency stop.
     EmergencyStop,

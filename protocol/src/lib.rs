@@ -41,6 +41,8 @@ pub mod schema;
 
 pub mod codec;
 
+pub mod frame;
+
 pub mod map_file;
 
 mod container;

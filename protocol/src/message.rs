@@ -30,6 +30,7 @@ use controller_core::scalar::Scalar;
 use controller_core::units::{EncoderCounts, Point, Polar, Pose, WheelDrive, WheelSpeeds};
 use core::fmt;
 use heapless::{String, Vec};
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::codec::{Message, all_finite};
@@ -60,7 +61,7 @@ pub const COLUMNS: usize = 15;
 pub const BUILD_ID_BYTES: usize = 40;
 
 /// From the host to the board.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum FromHost {
     /// First message of a session: what the host expects. Changes nothing on the board but the time base.
     Hello(Hello),
@@ -96,7 +97,7 @@ pub enum FromHost {
 }
 
 /// From the board to the host.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum FromBoard {
     /// Unasked when the board has started, and the answer to the host's: what the board is.
     Hello(Hello),
@@ -123,7 +124,7 @@ pub enum FromBoard {
 }
 
 /// Who is speaking: the host says what it expects, the board what it is. No reals.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello {
     /// [`PROTOCOL_VERSION`] of the speaker.
     pub protocol_version: u16,
@@ -146,7 +147,7 @@ pub struct Hello {
 }
 
 /// The boards the firmware knows, and the process that stands for one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Board {
     /// STM32F405 (Cortex-M4F).
     Stm32f405,
@@ -157,7 +158,7 @@ pub enum Board {
 }
 
 /// The number type of the controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum ScalarKind {
     /// `f32`.
     F32,
@@ -166,7 +167,7 @@ pub enum ScalarKind {
 }
 
 /// Who advances the tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum TimeBase {
     /// The host: one [`Step`], one tick.
     Lockstep,
@@ -175,7 +176,7 @@ pub enum TimeBase {
 }
 
 /// What a tick's sensors say. Every real is finite.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Readings {
     /// Lockstep: the tick they belong to, milliseconds since [`FromHost::Begin`]. Real time: the board's latest tick that
     /// the host has seen; by its age the board measures the link.
@@ -191,14 +192,14 @@ pub struct Readings {
 }
 
 /// One reading of all proximity sensors. Every range is finite and not negative.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Scan {
     /// Distance from the robot's body along each sensor's axis; `None` where nothing is within reach.
     pub ranges_m: [Option<f32>; SENSORS],
 }
 
 /// What a tick led to. Every real is finite.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Outputs {
     /// The tick: milliseconds since [`FromHost::Begin`].
     pub tick: u64,
@@ -220,7 +221,7 @@ pub struct Outputs {
 ///
 /// An index outside the list, or more checkpoints than the controller holds, is a matter of the receiver's state
 /// and so the receiver's to refuse.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Checkpoints {
     /// These, from the first.
     ReplaceAll(Vec<Point<f32>, CHECKPOINTS_PER_MESSAGE>),
@@ -238,7 +239,7 @@ pub enum Checkpoints {
 }
 
 /// The wheels were stopped. No reals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct FaultReport {
     /// The tick at which it was noticed: milliseconds since start.
     pub tick: u64,
@@ -249,7 +250,7 @@ pub struct FaultReport {
 }
 
 /// Why the board has not done what it was asked. No reals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Refusal {
     /// No hello has come yet that fits; the board's own, with which it answers every hello, says in what.
     Mismatch,
@@ -297,7 +298,7 @@ pub enum Refusal {
 
 /// Reads and sets parameters. They are numbered as in [`controller_core::config::PARAMETERS`], which has name, unit, range
 /// and default of each. Every real is finite.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Parameters {
     /// What is the value, staged changes included?
     Get {
@@ -314,7 +315,7 @@ pub enum Parameters {
 }
 
 /// A parameter and its value.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct ParameterValue {
     /// Which.
     pub index: u8,
@@ -323,7 +324,7 @@ pub struct ParameterValue {
 }
 
 /// Reads and replaces the learned map. Neurons are numbered column × rows + row. Every real is finite.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum MapRequest {
     /// What map is it?
     Describe,
@@ -346,7 +347,7 @@ pub enum MapRequest {
 }
 
 /// The learned map as a whole. No reals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct MapSummary {
     /// Hash of all neurons ([`controller_core::kohonen::map::Map::hash`]).
     pub hash: u64,
@@ -361,7 +362,7 @@ pub struct MapSummary {
 }
 
 /// Some neurons of the map. Every real is finite.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Neurons {
     /// Number of the first.
     pub first: u16,
@@ -370,7 +371,7 @@ pub struct Neurons {
 }
 
 /// How link and tasks are doing, since the board was started. No reals.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Health {
     /// The tick.
     pub tick: u64,
@@ -397,7 +398,7 @@ pub struct Health {
 }
 
 /// One number for each task.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct TaskCounts {
     /// Homeostatic control.
     pub servo: u32,
@@ -408,7 +409,7 @@ pub struct TaskCounts {
 }
 
 /// What the controller thinks. Every real is finite.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Telemetry {
     /// The tick.
     pub tick: u64,
@@ -439,7 +440,7 @@ pub struct Telemetry {
 }
 
 /// The fields over one column of the map, row by row. Every real is finite.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Fields {
     /// Which column.
     pub column: u8,
