@@ -57,6 +57,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
     println!("cargo:rustc-env=EKM_BUILD_ID={}", build_id());
+    // Without it defmt leaves out all lines but errors.
+    println!("cargo:rerun-if-env-changed=DEFMT_LOG");
+    println!("cargo:rustc-env=DEFMT_LOG={}", env::var("DEFMT_LOG").unwrap_or_else(|_| "info".to_owned()));
     Ok(())
 }
 

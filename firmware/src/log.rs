@@ -10,6 +10,7 @@ use core::sync::atomic::{AtomicI32, Ordering};
 use critical_section::RestoreState;
 use semihosting::fd::{BorrowedFd, OwnedFd};
 
+use crate::board::{Board, This};
 use crate::rtt;
 
 /// Where lines go in an emulator; -1 for RTT.
@@ -41,6 +42,8 @@ static GUARDED: Guarded = Guarded {
     encoder: UnsafeCell::new(defmt::Encoder::new()),
     interrupts: UnsafeCell::new(RestoreState::invalid()),
 };
+
+defmt::timestamp!("{=u32:us}", This::micros());
 
 #[defmt::global_logger]
 struct Logger;

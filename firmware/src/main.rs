@@ -28,11 +28,14 @@ mod link;
 
 #[rtic::app(device = firmware::board::pac, peripherals = true)]
 mod app {
+    use core::mem::MaybeUninit;
+
     use controller_core::config::Config;
     use cortex_m::peripheral::SCB;
     use cortex_m::peripheral::syst::SystClkSource;
     use firmware::board::{Board, Real, This, pac::Interrupt};
     use firmware::controller::{Fast, Slow};
+    use firmware::drivers;
     use firmware::drivers::motors::{self, Motors};
     use firmware::drivers::stopwatch;
     use firmware::drivers::usart::Usart;
@@ -88,7 +91,7 @@ mod app {
     }
 
     #[init(local = [
-        slow: Option<Slow> = None,
+        slow: MaybeUninit<Slow> = MaybeUninit::uninit(),
         ring_in: Queue<u8, RECEIVED_BYTES> = Queue::new(),
         ring_out: Queue<u8, TO_SEND_BYTES> = Queue::new(),
     ])]
@@ -113,7 +116,7 @@ mod app {
             halt();
         };
         let fast = Fast::new(parameters.reflex.clone());
-        let slow = cx.local.slow.insert(Slow::new(parameters));
+        let slow = cx.local.slow.write(Slow::new(parameters));
         let session = Session::new(Identity { board: This::ID, build_id }, epoch());
 
         let (received, to_decode) = cx.local.ring_in.split();
@@ -159,13 +162,20 @@ mod app {
     }
 
     /// Bytes in, bytes out.
+    ///
+    /// While the ring is full this task is masked. On silicon the next byte is then lost, and its frame with it; an
+    /// emulator, whose bytes come as fast as they are taken, waits.
     #[task(binds = USART1, priority = 6, local = [usart, received, to_send])]
     fn usart(cx: usart::Context) {
         let usart::LocalResources { usart, received, to_send, .. } = cx.local;
-        if let Some(byte) = usart.receive() {
-            // A full ring loses the byte, and so the frame.
+        if received.ready()
+            && let Some(byte) = usart.receive()
+        {
             let _ = received.enqueue(byte);
             rtic::pend(DECODE);
+        }
+        if !received.ready() {
+            drivers::usart::pause();
         }
         while usart.has_room() {
             let Some(byte) = to_send.dequeue() else { break };
@@ -234,6 +244,7 @@ mod app {
                 rtic::pend(SERVE);
             }
         }
+        drivers::usart::resume();
     }
 
     /// Tells the host, unasked, what the servo has done.

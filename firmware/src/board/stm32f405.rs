@@ -132,8 +132,8 @@ impl Board for Stm32f405 {
     fn route_pins(peripherals: &pac::Peripherals) {
         let (a, b) = (&peripherals.GPIOA, &peripherals.GPIOB);
         // Alternate functions: TIM3 is number 2, USART1 number 7 (DS8626, table 9).
-        a.afrl().modify(|_, w| w.afr(6).af2().afr(7).af2());
-        a.afrh().modify(|_, w| w.afr(9).af7().afr(10).af7());
+        a.afrl().modify(|_, w| w.afrl6().af2().afrl7().af2());
+        a.afrh().modify(|_, w| w.afrh9().af7().afrh10().af7());
         // An open receive line must not look like data.
         a.pupdr().modify(|_, w| w.pupdr10().pull_up());
         a.moder().modify(|_, w| {
