@@ -6,6 +6,9 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
+/// As the core's, a choice of ours: so far beyond ±90° a bearing still counts as ahead.
+const STRAIGHT_ASIDE_RAD: f64 = 1e-3;
+
 /// A place: bearing in rad, distance in units of the reach (negative: behind, see
 /// `controller_core::kohonen::features`).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,10 +83,10 @@ impl Place {
         }
     }
 
-    /// Whether it is ahead, where the map's chart and the full circle agree.
+    /// Whether it is ahead, where the map's chart and the full circle agree; straight aside is.
     #[must_use]
     pub fn is_ahead(self) -> bool {
-        self.bearing.abs() <= FRAC_PI_2
+        self.bearing.abs() <= FRAC_PI_2 + STRAIGHT_ASIDE_RAD
     }
 }
 
