@@ -1,17 +1,24 @@
 //! The robot's firmware: [`controller_core`] on a microcontroller.
 //!
-//! # What is here
+//! * [`board`]: the two boards, chosen by the target: number type, memory, clocks, pins
+//! * [`drivers`]: USART, motors, stopwatch, watchdog
+//! * [`controller`]: the controller as the boards run it, and the RAM it may take
+//! * [`watch`]: what the tasks were released for, how long they took, what they missed
+//! * [`log`]: where log lines go: by [`rtt`] to a debug probe, or by [`emulator`] to the host
 //!
-//! * [`board`]: the two boards, with the number type their controller computes with, their memory and their clock
-//! * [`controller`]: the controller as they run it; building this crate compiles it for the target and checks its size
-//!
-//! # What is not here yet
-//!
-//! Tasks, drivers, the link and an image to flash. This crate compiles for both boards and does nothing on them.
-//! Where it is going stands in `ARCHITECTURE.md`.
+//! The application, with its tasks, is `main.rs`.
 #![no_std]
-#![forbid(unsafe_code)]
 
 pub mod board;
 
+pub mod drivers;
+
 pub mod controller;
+
+pub mod watch;
+
+pub mod log;
+
+pub mod rtt;
+
+pub mod emulator;

@@ -1,0 +1,79 @@
+//! Chooses the board by the target, lays out its memory, and notes the build.
+//!
+//! Linker arguments stand here and not in a `.cargo/config.toml`, so that the image can be built from any directory,
+//! and so that changing them does not build `core`'s dependants anew.
+
+use std::env;
+use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+/// A board as the linker sees it.
+struct Board {
+    name: &'static str,
+    target: &'static str,
+    /// Regions: name, origin, bytes. The register crates' interrupt vectors stand at the start of FLASH.
+    flash: (u32, u32),
+    ram: (u32, u32),
+}
+
+const BOARDS: [Board; 2] = [
+    Board {
+        name: "stm32f405",
+        target: "thumbv7em-none-eabihf",
+        flash: (0x0800_0000, 1024 * 1024),
+        // SRAM1 and SRAM2, adjacent. The core-coupled memory stays free.
+        ram: (0x2000_0000, 128 * 1024),
+    },
+    Board {
+        name: "stm32f100",
+        target: "thumbv7m-none-eabi",
+        flash: (0x0800_0000, 128 * 1024),
+        ram: (0x2000_0000, 8 * 1024),
+    },
+];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rustc-check-cfg=cfg(board, values(\"stm32f405\", \"stm32f100\"))");
+    let target = env::var("TARGET")?;
+    let Some(board) = BOARDS.iter().find(|board| board.target == target) else {
+        let known = BOARDS.map(|board| format!("--target {} ({})", board.target, board.name)).join(" or ");
+        return Err(format!("there is no board with target {target}: build the firmware with {known}").into());
+    };
+    println!("cargo:rustc-cfg=board=\"{}\"", board.name);
+
+    let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?);
+    let ((flash, flash_bytes), (ram, ram_bytes)) = (board.flash, board.ram);
+    let memory = format!(
+        "MEMORY\n{{\n  FLASH : ORIGIN = {flash:#010x}, LENGTH = {flash_bytes}\n  \
+         RAM : ORIGIN = {ram:#010x}, LENGTH = {ram_bytes}\n}}\n"
+    );
+    fs::write(out.join("memory.x"), memory)?;
+    println!("cargo:rustc-link-search={}", out.display());
+    // Vectors and sections, the log's table, and no padding of segments to pages the chip does not have.
+    for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {
+        println!("cargo:rustc-link-arg-bins={argument}");
+    }
+    println!("cargo:rustc-env=EKM_BUILD_ID={}", build_id());
+    Ok(())
+}
+
+/// What the board says it is: the variable `EKM_BUILD_ID` where it is set, else the commit, else "unknown".
+fn build_id() -> String {
+    println!("cargo:rerun-if-env-changed=EKM_BUILD_ID");
+    if let Ok(given) = env::var("EKM_BUILD_ID") {
+        return given;
+    }
+    let git = |arguments: &[&str]| {
+        let output =
+            Command::new("git").args(arguments).output().ok().filter(|output| output.status.success())?;
+        String::from_utf8(output.stdout).ok().map(|text| text.trim().to_owned())
+    };
+    // HEAD's log gets a line with each commit and each change of branch.
+    if let Some(log) = git(&["rev-parse", "--path-format=absolute", "--git-path", "logs/HEAD"]) {
+        println!("cargo:rerun-if-changed={log}");
+    }
+    git(&["rev-parse", "HEAD"]).unwrap_or_else(|| "unknown".to_owned())
+}
