@@ -128,7 +128,7 @@ pub fn encode<'a, M: Message>(
     let usable = available_bytes.min(FRAME_BYTES_MAX);
     let (stuffing, rest) = buffer.get_mut(..usable).and_then(<[u8]>::split_first_mut).ok_or(too_small)?;
     let (head, rest) = rest.split_first_chunk_mut::<HEAD_BYTES>().ok_or(too_small)?;
-    let [low, high] = const { schema::key::<M>() }.to_le_bytes();
+    let [low, high] = schema::key::<M>().to_le_bytes();
     *head = [low, high, sequence];
     let body_bytes = match to_slice(message, rest) {
         Ok(body) => body.len(),
@@ -265,7 +265,7 @@ impl<M: Message> Decoder<M> {
             return Err(FrameError::Checksum { stored, computed: self.crc });
         }
         let [low, high, sequence] = *head;
-        let (expected, found) = (const { schema::key::<M>() }, u16::from_le_bytes([low, high]));
+        let (expected, found) = (schema::key::<M>(), u16::from_le_bytes([low, high]));
         if found != expected {
             return Err(FrameError::Key { expected, found });
         }

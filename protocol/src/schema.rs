@@ -25,7 +25,8 @@ pub const HASH: u64 = hash::<(FromHost, FromBoard)>();
 /// Hash (FNV-1a, 64 bits) of a type's shape and the limits of this version.
 #[must_use]
 pub const fn hash<T: Schema>() -> u64 {
-    u64::from_le_bytes(hash_ty_path::<Limited<T>>(SALT))
+    // A constant wherever it is called from: the walk through the schema is long, and must not be in the image.
+    const { u64::from_le_bytes(hash_ty_path::<Limited<T>>(SALT)) }
 }
 
 /// What the frames of one direction begin with: the low 16 bits of the [`hash`] of its messages.

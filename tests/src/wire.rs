@@ -2,7 +2,7 @@
 //!
 //! Nothing in here uses other crates than the core and `protocol`: the fuzz targets compile this file by itself.
 
-use controller_core::scalar::Scalar;
+use controller_core::scalar::{Fixed, Scalar};
 use controller_core::units::WheelDrive;
 use core::fmt::Debug;
 use protocol::codec::{Message, from_bytes};
@@ -12,6 +12,7 @@ use protocol::message::{
     Board, FromBoard, FromHost, Hello, Outputs, PROTOCOL_VERSION, Readings, Refusal, TimeBase,
 };
 use protocol::schema;
+use std::sync::LazyLock;
 
 /// Any bytes into the decoders of both directions.
 ///
@@ -59,7 +60,8 @@ fn decode<M: Message + Clone + Debug + PartialEq>(bytes: &[u8], next: &M) {
 /// The first byte opens the conversation: bit 0 real time instead of lockstep, bit 1 no hello. Then come requests, each
 /// of a control byte, a length, and as many bytes of body. Control: bit 7 the sequence number of the request before,
 /// bit 6 the tick of readings as it stands instead of the right one, the low 4 bits how many ticks of real time pass
-/// behind the request.
+/// behind the request. What exceeds [`REQUESTS_MAX`] and [`TICKS_MAX`] is left out: more sessions find more than
+/// longer ones.
 ///
 /// # Panics
 /// If what is accepted is not written in the same bytes, a request is not answered as it must be, or a board drives its
@@ -73,9 +75,16 @@ pub fn any_bodies(bytes: &[u8]) {
             assert_eq!(encode(1, &accepted.message, &mut buffer), Ok(&frame[..]), "{accepted:?}");
         }
     }
-    converse::<f32>(opening, rest);
-    converse::<controller_core::scalar::Fixed>(opening, rest);
+    // Made once: to start a board takes longer than to talk to it.
+    static BOARDS: LazyLock<(LocalBoard<f32>, LocalBoard<Fixed>)> = LazyLock::new(|| (started(), started()));
+    converse(BOARDS.0.clone(), opening, rest);
+    converse(BOARDS.1.clone(), opening, rest);
 }
+
+/// Requests of a conversation.
+const REQUESTS_MAX: usize = 64;
+/// Ticks of real time in a conversation.
+const TICKS_MAX: u32 = 400;
 
 struct Request<'a> {
     control: u8,
@@ -83,12 +92,13 @@ struct Request<'a> {
 }
 
 fn requests(mut bytes: &[u8]) -> impl Iterator<Item = Request<'_>> {
-    core::iter::from_fn(move || {
+    let all = core::iter::from_fn(move || {
         let (&[control, length], rest) = bytes.split_first_chunk::<2>()?;
         let (body, rest) = rest.split_at(usize::from(length).min(rest.len()));
         bytes = rest;
         Some(Request { control, body })
-    })
+    });
+    all.take(REQUESTS_MAX)
 }
 
 /// A frame with the right key and CRC around any body, as another program may write it, and what the decoder says.
@@ -138,10 +148,13 @@ struct Conversation<S: Scalar> {
     silent_ms: u64,
 }
 
-fn converse<S: Scalar>(opening: u8, rest: &[u8]) {
-    let identity = Identity { board: Board::Stub, build_id: "test" };
-    let mut talk = Conversation::<S> {
-        board: LocalBoard::new(identity, 1).expect("defaults are valid"),
+fn started<S: Scalar>() -> LocalBoard<S> {
+    LocalBoard::new(Identity { board: Board::Stub, build_id: "test" }, 1).expect("defaults are valid")
+}
+
+fn converse<S: Scalar>(board: LocalBoard<S>, opening: u8, rest: &[u8]) {
+    let mut talk = Conversation {
+        board,
         sequence: 0,
         last: None,
         is_open: false,
@@ -156,6 +169,7 @@ fn converse<S: Scalar>(opening: u8, rest: &[u8]) {
         talk.request(Frame { sequence: 1, message: FromHost::Hello(hello(time_base)) });
         assert!(talk.is_open && talk.board.time_base() == time_base);
     }
+    let mut ticks_left = TICKS_MAX;
     for Request { control, body } in requests(rest) {
         let sequence = if control & 0x80 == 0 { talk.sequence % 255 + 1 } else { talk.sequence };
         let (bytes, result) = sealed::<FromHost>(sequence, body);
@@ -175,7 +189,9 @@ fn converse<S: Scalar>(opening: u8, rest: &[u8]) {
             None => panic!("nothing said about a frame"),
         }
         let ticks = u32::from(control & 0xf);
-        talk.pass(if ticks < 8 { ticks } else { (ticks - 7) * 32 });
+        let ticks = if ticks < 8 { ticks } else { (ticks - 7) * 32 }.min(ticks_left);
+        ticks_left -= ticks;
+        talk.pass(ticks);
     }
 }
 
