@@ -193,6 +193,12 @@ pub struct ConfigArgs {
     /// Check a file and print it with all that it leaves to the defaults
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
+    /// List every parameter with its number on the link, default, unit and range
+    #[arg(long, conflicts_with_all = ["print", "config"])]
+    pub list: bool,
+    /// Print the list as one JSON document instead of text
+    #[arg(long, requires = "list")]
+    pub json: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
