@@ -2,6 +2,7 @@
 //!
 //! [`Config`] is what people write and read: `f32`, one field per number, validated once by [`Config::build`], which
 //! gives the [`Parameters`] in the controller's own scalar and units. Nothing is validated again at run time.
+//! [`PARAMETERS`] lists the same numbers with unit and range, for those who handle them by number.
 //!
 //! "Measured" in a reason means the experiments of `host_sim`; "prototype" an earlier throw-away simulator.
 
@@ -17,11 +18,16 @@ use crate::localisation::obstacle::{FieldCentre, ObstacleFieldParameters};
 use crate::localisation::target::TargetFieldParameters;
 use crate::motor_control::{Beyond, ReachingParameters};
 use crate::planning::checkpoint::CheckpointParameters;
+use crate::reflex::ReflexParameters;
 use crate::scalar::Scalar;
 use crate::schedule::Schedule;
 use crate::sensing::odometry::OdometryParameters;
 use crate::sensing::proximity::ProximityParameters;
 use crate::servo::ServoParameters;
+
+mod parameters;
+
+pub use parameters::{Kind, PARAMETER_COUNT, PARAMETERS, Parameter};
 
 /// Which architecture drives the robot between checkpoints.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -431,110 +437,26 @@ fn within(
     if value >= low && value <= high { Ok(()) } else { Err(ConfigError { field, value, must }) }
 }
 
-/// Checks a group of fields, each with its range and the words for it.
-macro_rules! check_fields {
-    ($group:expr, $name:literal: $($field:ident in $low:expr, $high:expr => $must:literal;)+) => {
-        $( within(concat!($name, ".", stringify!($field)), f32::from($group.$field), ($low, $high), $must)?; )+
-    };
-}
-
 impl Config {
     /// Checks every number.
     ///
     /// # Errors
     /// The first field that cannot be used, with its value and what it must be.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        self.validate_body()?;
-        self.validate_maps()?;
-        self.validate_schedule()
+        for parameter in &PARAMETERS {
+            parameter.check((parameter.read)(self))?;
+        }
+        self.validate_rules()
     }
 
-    fn validate_body(&self) -> Result<(), ConfigError> {
-        check_fields! { self.robot, "robot":
-            body_radius_m in 0.005, 2.0 => "between 5 mm and 2 m";
-            wheel_base_m in 0.005, 2.0 => "between 5 mm and 2 m";
-            speed_limit_mps in 0.005, 5.0 => "between 5 mm/s and 5 m/s";
-            encoder_counts_per_m in 100.0, 20_000.0 => "between 100 and 20,000 per metre (divide finer encoders)";
-            sensor_range_m in 0.01, 20.0 => "between 1 cm and 20 m";
-        }
-        check_fields! { self.servo, "servo":
-            acceleration_mps2 in 0.01, 100.0 => "between 0.01 and 100 m/s²";
-            free_speed_mps in 0.005, 20.0 => "between 5 mm/s and 20 m/s";
-            proportional_per_mps in 0.0, 100.0 => "between 0 and 100";
-            integral_per_m in 0.0, 10_000.0 => "between 0 and 10,000";
-            lag_limit_m in 0.0, 0.1 => "between 0 and 0.1 m";
-            speed_filter_ms in 1.0, 1000.0 => "between 1 and 1000 ms";
-            stall_reference_mps in 0.0, 5.0 => "between 0 and 5 m/s";
-            stall_share in 0.0, 1.0 => "between 0 and 1";
-            stall_ms in 1.0, 60_000.0 => "between 1 and 60,000 ms";
-            stall_hold_ms in 1.0, 60_000.0 => "between 1 and 60,000 ms";
-        }
-        check_fields! { self.fusion, "fusion":
-            target_share in 0.0, 1.0 => "between 0 and 1";
-            avoidance_gain in 0.0, 1000.0 => "between 0 and 1000";
-            avoidance_range_m in 1e-3, 20.0 => "between 1 mm and 20 m";
-        }
-        let way = self.robot.speed_limit_mps;
+    /// Checks what one number demands of another; each alone is within its range.
+    fn validate_rules(&self) -> Result<(), ConfigError> {
         within(
             "servo.free_speed_mps",
             self.servo.free_speed_mps,
-            (way, 20.0),
+            (self.robot.speed_limit_mps, f32::MAX),
             "at least robot.speed_limit_mps",
-        )
-    }
-
-    fn validate_maps(&self) -> Result<(), ConfigError> {
-        check_fields! { self.learning, "learning":
-            annealing_steps in 1.0, 65_535.0 => "at least 1";
-            output_rate_first in 1e-4, 1.0 => "between 0.0001 and 1";
-            output_rate_last in 1e-4, 1.0 => "between 0.0001 and 1";
-            weight_rate_first in 1e-4, 1.0 => "between 0.0001 and 1";
-            weight_rate_last in 1e-4, 1.0 => "between 0.0001 and 1";
-            neighbourhood_first in 0.1, 20.0 => "between 0.1 and 20 lattice units";
-            neighbourhood_last in 0.1, 20.0 => "between 0.1 and 20 lattice units";
-            exploration_first in 1e-4, 2.0 => "between 0.0001 and 2";
-            exploration_last in 1e-4, 2.0 => "between 0.0001 and 2";
-            regularisation in 1e-4, 10.0 => "between 0.0001 and 10";
-            shortest_move in 0.0, 1.0 => "between 0 and 1";
-        }
-        check_fields! { self.reaching, "reaching":
-            bearing_tolerance_rad in 0.0, 6.3 => "between 0 and 2π";
-            bearing_weight in 0.0, 100.0 => "between 0 and 100";
-            distance_weight in 0.0, 100.0 => "between 0 and 100";
-            far_share in 0.0, 100.0 => "0 (literal) or a positive share of the reach";
-            checkpoint_tolerance_m in 1e-4, 1.0 => "between 0.1 mm and 1 m";
-            goal_tolerance_m in 1e-4, 1.0 => "between 0.1 mm and 1 m";
-            goal_speed_mps in 1e-3, 10.0 => "between 1 mm/s and 10 m/s";
-        }
-        check_fields! { self.cooperative, "cooperative":
-            target_amplitude in 1e-5, 100.0 => "between 0.00001 and 100";
-            target_bearing_sigma_rad in 0.01, 100.0 => "between 0.01 and 100 rad";
-            target_distance_sigma_m in 1e-3, 100.0 => "between 1 mm and 100 m";
-            cruise_share in 0.0, 100.0 => "0 (literal) or a positive share of the reach";
-            obstacle_bearing_sigma_rad in 0.01, 100.0 => "between 0.01 and 100 rad";
-            obstacle_behind_sigma_m in 1e-3, 100.0 => "between 1 mm and 100 m";
-            obstacle_front_sigma_m in 1e-3, 100.0 => "between 1 mm and 100 m";
-            sweep_margin_m in 5e-4, 1.0 => "between 0.5 mm and 1 m";
-            sweep_strength in 0.0, 1000.0 => "between 0 and 1000";
-            sweep_look_ahead in 0.0, 1.0 => "between 0 and 1";
-            memory_ms in 0.0, 60_000.0 => "between 0 and 60,000 ms";
-            memory_merge_m in 0.0, 1.0 => "between 0 and 1 m";
-            detour_patience_ms in 0.0, 65_000.0 => "between 0 and 65,000 ms";
-            detour_progress_m in 1e-3, 1.0 => "between 1 mm and 1 m";
-            detour_follow_m in 5e-3, 10.0 => "between 5 mm and 10 m";
-            detour_free_rad in 0.0, 3.2 => "between 0 and π";
-            detour_free_m in 1e-3, 10.0 => "between 1 mm and 10 m";
-            detour_side_ms in 100.0, 65_000.0 => "between 100 and 65,000 ms";
-        }
-        Ok(())
-    }
-
-    fn validate_schedule(&self) -> Result<(), ConfigError> {
-        check_fields! { self.schedule, "schedule":
-            avoidance_period_ms in 1.0, 10_000.0 => "between 1 and 10,000 ms";
-            target_period_ms in 1.0, 10_000.0 => "between 1 and 10,000 ms";
-            step_ms in 1.0, 10_000.0 => "between 1 and 10,000 ms";
-        }
+        )?;
         let period = self.schedule.avoidance_period_ms;
         // A field renewed between two scans would be integrated with one of another moment.
         let multiple = |field, value: u16| {
@@ -547,10 +469,6 @@ impl Config {
         };
         multiple("schedule.target_period_ms", self.schedule.target_period_ms)?;
         multiple("schedule.step_ms", self.schedule.step_ms)?;
-        check_fields! { self.safety, "safety":
-            scan_age_max_ms in 1.0, 60_000.0 => "between 1 and 60,000 ms";
-            command_age_max_ms in 1.0, 60_000.0 => "between 1 and 60,000 ms";
-        }
         let period = f32::from(period);
         let must = "longer than schedule.avoidance_period_ms";
         within("safety.scan_age_max_ms", f32::from(self.safety.scan_age_max_ms), (period, f32::MAX), must)
@@ -564,7 +482,7 @@ impl Config {
         self.validate()?;
         let s = S::from_f32;
         let (robot, reach_m) = (&self.robot, self.reach_m());
-        let counts_per_radian = robot.encoder_counts_per_m * robot.wheel_base_m;
+        let counts_per_radian = self.counts_per_radian();
         // The only number that valid fields can bring beyond what fixed point holds in a robot one could build.
         if s(counts_per_radian).to_f32() < 0.99 * counts_per_radian {
             let must = "at most 2,000 / robot.wheel_base_m in fixed point (divide finer encoders)";
@@ -576,29 +494,15 @@ impl Config {
         }
         Ok(Parameters {
             architecture: self.architecture,
-            schedule: Schedule {
-                avoidance_period_ms: self.schedule.avoidance_period_ms,
-                target_period_ms: self.schedule.target_period_ms,
-                step_ms: self.schedule.step_ms,
-            },
+            reflex: self.reflex_parameters(),
             scaling: Scaling::new(robot.speed_limit_mps, f32::from(self.schedule.step_ms) / 1000.0),
             speed_limit_mps: s(robot.speed_limit_mps),
             proximity: ProximityParameters {
                 body_radius_m: s(robot.body_radius_m),
                 range_m: s(robot.sensor_range_m),
             },
-            odometry: OdometryParameters {
-                half_counts_per_5_cm: s(robot.encoder_counts_per_m * 0.1),
-                counts_per_radian: s(counts_per_radian),
-            },
-            servo: self.servo_parameters(),
             learning: self.learning_parameters(),
             reaching: self.reaching_parameters(),
-            checkpoints: CheckpointParameters {
-                tolerance_m: s(self.reaching.checkpoint_tolerance_m),
-                goal_tolerance_m: s(self.reaching.goal_tolerance_m),
-                goal_speed_mps: s(self.reaching.goal_speed_mps),
-            },
             neural: self.neural_parameters(reach_m),
             sweep: self.sweep_parameters(),
             memory: MemoryParameters {
@@ -616,14 +520,40 @@ impl Config {
                 gain: s(self.fusion.avoidance_gain),
             },
             target_share: s(self.fusion.target_share),
-            scan_age_max_ms: self.safety.scan_age_max_ms,
-            command_age_max_ms: self.safety.command_age_max_ms,
         })
     }
 
     /// The longest way of one step of the map.
     fn reach_m(&self) -> f32 {
         self.robot.speed_limit_mps * f32::from(self.schedule.step_ms) / 1000.0
+    }
+
+    /// Counts of difference between the wheels for one radian of heading.
+    fn counts_per_radian(&self) -> f32 {
+        self.robot.encoder_counts_per_m * self.robot.wheel_base_m
+    }
+
+    fn reflex_parameters<S: Scalar>(&self) -> ReflexParameters<S> {
+        let s = S::from_f32;
+        ReflexParameters {
+            schedule: Schedule {
+                avoidance_period_ms: self.schedule.avoidance_period_ms,
+                target_period_ms: self.schedule.target_period_ms,
+                step_ms: self.schedule.step_ms,
+            },
+            odometry: OdometryParameters {
+                half_counts_per_5_cm: s(self.robot.encoder_counts_per_m * 0.1),
+                counts_per_radian: s(self.counts_per_radian()),
+            },
+            servo: self.servo_parameters(),
+            checkpoints: CheckpointParameters {
+                tolerance_m: s(self.reaching.checkpoint_tolerance_m),
+                goal_tolerance_m: s(self.reaching.goal_tolerance_m),
+                goal_speed_mps: s(self.reaching.goal_speed_mps),
+            },
+            scan_age_max_ms: self.safety.scan_age_max_ms,
+            command_age_max_ms: self.safety.command_age_max_ms,
+        }
     }
 
     fn servo_parameters<S: Scalar>(&self) -> ServoParameters<S> {
@@ -722,24 +652,18 @@ impl Config {
 pub struct Parameters<S, const SENSORS: usize> {
     /// Which architecture drives.
     pub architecture: Architecture,
-    /// Periods.
-    pub schedule: Schedule,
+    /// What the fast half needs.
+    pub reflex: ReflexParameters<S>,
     /// SI units ↔ features.
     pub scaling: Scaling<S>,
     /// c*.
     pub speed_limit_mps: S,
     /// Sensor ring.
     pub proximity: ProximityParameters<S>,
-    /// Encoders.
-    pub odometry: OdometryParameters<S>,
-    /// Servo.
-    pub servo: ServoParameters<S>,
     /// Online training.
     pub learning: LearningParameters<S>,
     /// Winner and motor control.
     pub reaching: ReachingParameters<S>,
-    /// Arrival.
-    pub checkpoints: CheckpointParameters<S>,
     /// Fields and integration.
     pub neural: NeuralParameters<S>,
     /// Swept path.
@@ -754,10 +678,6 @@ pub struct Parameters<S, const SENSORS: usize> {
     pub avoidance: AvoidanceParameters<S>,
     /// β of Eq. 10.
     pub target_share: S,
-    /// Oldest scan to drive on.
-    pub scan_age_max_ms: u16,
-    /// Oldest command to carry out.
-    pub command_age_max_ms: u16,
 }
 
 #[cfg(test)]
@@ -788,7 +708,7 @@ mod tests {
         for counts_per_m in [100.0, 12_000.0, 20_000.0] {
             let mut config = Config::default();
             config.robot.encoder_counts_per_m = counts_per_m;
-            let odometry = config.build::<Fixed, 12>().unwrap().odometry;
+            let odometry = config.build::<Fixed, 12>().unwrap().reflex.odometry;
             let five_cm = counts_per_m * 2.0 * 0.05;
             assert!((odometry.half_counts_per_5_cm.to_f32() - five_cm).abs() < 1e-3 * five_cm);
         }

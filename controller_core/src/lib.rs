@@ -29,6 +29,10 @@ pub mod safety;
 
 pub mod state_hash;
 
+pub mod reflex;
+
+pub mod deliberation;
+
 pub mod controller;
 
 #[cfg(test)]

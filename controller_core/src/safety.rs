@@ -18,6 +18,7 @@ use crate::schedule::Tick;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum StopCause {
     /// Someone asked for an emergency stop.
     EmergencyStop,
@@ -42,23 +43,23 @@ pub enum StopCause {
 /// What the gate looks at besides its own state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Conditions {
-    /// The map cannot say anything yet although it is asked.
-    pub untrained: bool,
     /// Age and limit of the scan, where one is needed.
     pub scan_age_ms: Option<(Tick, u16)>,
     /// Age and limit of the command, where one is expected.
     pub command_age_ms: Option<(Tick, u16)>,
     /// The servo reports a stall.
     pub stalled: bool,
-    /// What only the firmware around the controller can notice.
+    /// What is noticed elsewhere.
     pub supervision: Supervision,
     /// The drive that is to be gated is no number within ±1.
     pub drive_invalid: bool,
 }
 
-/// What only the firmware around the controller can notice; nothing is amiss by default.
+/// What is noticed elsewhere: by the slow half, and by the firmware around the controller. Nothing is amiss by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Supervision {
+    /// The map cannot say anything yet although it is asked.
+    pub untrained: bool,
     /// Nothing valid has come over the link for longer than its limit.
     pub link_silent: bool,
     /// A task missed its deadline less than a second ago.
@@ -114,7 +115,7 @@ impl Gate {
             Some(StopCause::LinkSilent)
         } else if conditions.supervision.deadline_missed {
             Some(StopCause::DeadlineMissed)
-        } else if conditions.untrained {
+        } else if conditions.supervision.untrained {
             Some(StopCause::UntrainedMap)
         } else if too_old(conditions.scan_age_ms) {
             Some(StopCause::ScanTooOld)
@@ -157,10 +158,10 @@ mod tests {
         assert_eq!(gate.check(&scan(400)), None);
         let command = Conditions { command_age_ms: Some((401, 400)), stalled: true, ..Conditions::default() };
         assert_eq!(gate.check(&command), Some(StopCause::CommandTooOld));
-        let silent = Supervision { link_silent: true, deadline_missed: true };
+        let silent = Supervision { link_silent: true, deadline_missed: true, untrained: true };
         let silent = Conditions { supervision: silent, ..Conditions::default() };
         assert_eq!(gate.check(&silent), Some(StopCause::LinkSilent));
-        let late = Supervision { link_silent: false, deadline_missed: true };
+        let late = Supervision { deadline_missed: true, ..Supervision::default() };
         let late = Conditions { supervision: late, ..Conditions::default() };
         assert_eq!(gate.check(&late), Some(StopCause::DeadlineMissed));
         let invalid = Conditions { drive_invalid: true, stalled: true, ..Conditions::default() };

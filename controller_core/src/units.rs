@@ -39,6 +39,7 @@ pub fn angle_between<S: Scalar>(from_rad: S, to_rad: S) -> S {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct Polar<S> {
     /// Bearing α from the heading, left positive, in [−π, π).
     pub bearing_rad: S,
@@ -50,6 +51,7 @@ pub struct Polar<S> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct Pose<S> {
     /// World x of the robot's centre.
     pub x_m: S,
@@ -63,6 +65,7 @@ pub struct Pose<S> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct Point<S> {
     /// x coordinate.
     pub x_m: S,
@@ -74,6 +77,7 @@ pub struct Point<S> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct WheelSpeeds<S> {
     /// Speed of the left wheel over ground, forward positive.
     pub left_mps: S,
@@ -85,6 +89,7 @@ pub struct WheelSpeeds<S> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct WheelDrive<S> {
     /// Left motor, forward positive.
     pub left: S,
@@ -96,6 +101,7 @@ pub struct WheelDrive<S> {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct EncoderCounts {
     /// Left wheel, forward positive.
     pub left: i32,

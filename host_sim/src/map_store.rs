@@ -138,18 +138,7 @@ pub fn to_bytes<S: StoredScalar>(
             core_version: env!("CARGO_PKG_VERSION").try_into().unwrap_or_default(),
         },
     };
-    let read = |weight| S::from_weight(weight).to_f32();
-    let record = |index| {
-        let neuron = map.neuron(index);
-        NeuronRecord {
-            bearing_rad: read(neuron.bearing),
-            distance_per_reach: read(neuron.distance),
-            left: neuron.output.left.map(read),
-            right: neuron.output.right.map(read),
-            has_won: map.has_won(index),
-        }
-    };
-    let records: Vec<NeuronRecord> = lattice().map(record).collect();
+    let records: Vec<NeuronRecord> = lattice().map(|index| NeuronRecord::of(map, index)).collect();
     let mut bytes = vec![0; map_file::encoded_bytes_max(records.len())];
     let length = map_file::encode(&header, &records, &mut bytes)?.len();
     bytes.truncate(length);
@@ -185,13 +174,9 @@ pub fn from_bytes<S: StoredScalar>(bytes: &[u8], config: &Config) -> Result<Stor
     fits("the reach of a step in m", header.reach_m, reach_m)?;
     let mut records = vec![NeuronRecord::default(); COLUMNS * ROWS];
     let header = map_file::decode(bytes, &mut records)?;
-    let write = |value| S::from_f32(value).to_weight();
     let mut map: HostMap<S, Indirect<S>> = Map::regular();
     for (index, record) in lattice().zip(&records) {
-        let output = ControlMatrix { left: record.left.map(write), right: record.right.map(write) };
-        let neuron =
-            Neuron { bearing: write(record.bearing_rad), distance: write(record.distance_per_reach), output };
-        map.set_neuron(index, neuron, record.has_won);
+        record.put(&mut map, index);
     }
     Ok(StoredMap { map, provenance: header.provenance })
 }

@@ -11,9 +11,8 @@ use controller_core::kohonen::map::Map;
 use controller_core::kohonen::output::{ControlMatrix, Output};
 use controller_core::planning::checkpoint::CheckpointError;
 use controller_core::scalar::Scalar;
-use controller_core::schedule::{Schedule, Stamped, Tick};
-use controller_core::sensing::proximity::Scan;
-use controller_core::units::{Point, Pose, WheelDrive, WheelSpeeds};
+use controller_core::schedule::{Schedule, Tick};
+use controller_core::units::Point;
 
 use crate::proximity_model::SENSORS;
 
@@ -95,46 +94,15 @@ fn point_from<S: Scalar>(point: Point<f32>) -> Point<S> {
     Point::from_metres(point.x_m, point.y_m)
 }
 
-fn pose_from<S: Scalar>(pose: Pose<f32>) -> Pose<S> {
-    Pose {
-        x_m: S::from_f32(pose.x_m),
-        y_m: S::from_f32(pose.y_m),
-        heading_rad: S::from_f32(pose.heading_rad),
-    }
-}
-
-fn inputs_from<S: Scalar>(inputs: &Inputs<f32, SENSORS>) -> Inputs<S, SENSORS> {
-    Inputs {
-        encoders: inputs.encoders,
-        pose_fix: inputs.pose_fix.map(pose_from),
-        scan: inputs.scan.map(|scan| Scan { range_m: scan.range_m.map(|range| range.map(S::from_f32)) }),
-        exploration: inputs.exploration.map(S::from_f32),
-    }
-}
-
-fn outputs_to_f32<S: Scalar>(outputs: &Outputs<S>) -> Outputs<f32> {
-    let speeds = outputs.command.value;
-    Outputs {
-        drive: WheelDrive { left: outputs.drive.left.to_f32(), right: outputs.drive.right.to_f32() },
-        command: Stamped {
-            value: WheelSpeeds { left_mps: speeds.left_mps.to_f32(), right_mps: speeds.right_mps.to_f32() },
-            renewed: outputs.command.renewed,
-        },
-        reached: outputs.reached,
-        stopped: outputs.stopped,
-        released: outputs.released,
-    }
-}
-
 impl<S: Scalar, O: Output<S>> ControllerPort for Sil<S, O> {
     type Error = Infallible;
 
     fn step(&mut self, now: Tick, inputs: &Inputs<f32, SENSORS>) -> Result<Outputs<f32>, Infallible> {
-        Ok(outputs_to_f32(&self.controller.step(&self.parameters, now, &inputs_from(inputs))))
+        Ok(self.controller.step(&self.parameters, now, &inputs.converted()).to_f32())
     }
 
     fn schedule(&self) -> Schedule {
-        self.parameters.schedule
+        self.parameters.reflex.schedule
     }
 
     fn set_mode(&mut self, mode: Mode, now: Tick) -> Result<(), Infallible> {

@@ -6,11 +6,13 @@
 //! [postcard]: https://postcard.jamesmunns.com
 
 use core::fmt;
+use postcard::ser_flavors::Size;
+use postcard_schema::Schema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// One direction's messages.
-pub trait Message: Serialize + DeserializeOwned {
+pub trait Message: Serialize + DeserializeOwned + Schema {
     /// How many variants there are; the first byte is below this.
     const KINDS: u8;
 
@@ -92,6 +94,8 @@ pub fn to_slice<'a, M: Message>(message: &M, buffer: &'a mut [u8]) -> Result<&'a
 
 /// Reads a message that fills `bytes` exactly.
 ///
+/// One message, one encoding: what is accepted is what [`to_slice`] writes, byte by byte.
+///
 /// # Errors
 /// See [`DecodeError`].
 pub fn from_bytes<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
@@ -106,6 +110,11 @@ pub fn from_bytes<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
     })?;
     if !rest.is_empty() {
         return Err(DecodeError::TrailingBytes { surplus_bytes: rest.len() });
+    }
+    // All else has one encoding: what is longer than need be has an integer that is.
+    let needed_bytes = postcard::serialize_with_flavor(&message, Size::default());
+    if needed_bytes != Ok(bytes.len()) {
+        return Err(DecodeError::Malformed { what: "an integer takes more bytes than it needs" });
     }
     match message.first_invalid() {
         Some(field) => Err(DecodeError::InvalidValue { field }),

@@ -23,6 +23,14 @@ pub(crate) const OVERHEAD_BYTES: usize = BODY_OFFSET + CRC_BYTES;
 // A static, so that the table stands in flash once; 1 KiB for a byte at a time.
 static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
+/// The CRC of some bytes followed by `bytes`, from the CRC of those alone; 0 is that of none.
+pub(crate) fn extend_crc(crc: u32, bytes: &[u8]) -> u32 {
+    // The CRC is its register inverted, and the crate takes a register the other way round.
+    let mut digest = CRC.digest_with_initial((!crc).reverse_bits());
+    digest.update(bytes);
+    digest.finalize()
+}
+
 /// Why a block is not whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Damage {

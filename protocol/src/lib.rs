@@ -41,6 +41,12 @@ pub mod schema;
 
 pub mod codec;
 
+pub mod frame;
+
 pub mod map_file;
 
 mod container;
+
+pub mod convert;
+
+pub mod endpoint;

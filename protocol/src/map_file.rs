@@ -16,6 +16,7 @@
 
 use core::fmt;
 use heapless::String;
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::codec::{all_finite, reason};
@@ -70,7 +71,7 @@ pub struct Provenance {
 }
 
 /// One neuron. Every real is finite.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct NeuronRecord {
     /// Sensory weight `α_i`.
     pub bearing_rad: f32,
@@ -339,6 +340,7 @@ mod tests {
     use crate::message::ScalarKind;
     use controller_core::scalar::{Fixed, FixedWeight, Scalar};
     use heapless::String;
+    use postcard_schema::Schema;
     use proptest::prelude::{Just, Strategy, any, prop};
     use proptest::test_runner::TestCaseError;
     use proptest::{prop_assert, prop_assert_eq, proptest};

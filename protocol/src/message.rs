@@ -30,6 +30,7 @@ use controller_core::scalar::Scalar;
 use controller_core::units::{EncoderCounts, Point, Polar, Pose, WheelDrive, WheelSpeeds};
 use core::fmt;
 use heapless::{String, Vec};
+use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
 use crate::codec::{Message, all_finite};
@@ -60,7 +61,7 @@ pub const COLUMNS: usize = 15;
 pub const BUILD_ID_BYTES: usize = 40;
 
 /// From the host to the board.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum FromHost {
     /// First message of a session: what the host expects. Changes nothing on the board but the time base.
     Hello(Hello),
@@ -96,7 +97,7 @@ pub enum FromHost {
 }
 
 /// From the board to the host.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum FromBoard {
     /// Unasked when the board has started, and the answer to the host's: what the board is.
     Hello(Hello),
@@ -123,7 +124,7 @@ pub enum FromBoard {
 }
 
 /// Who is speaking: the host says what it expects, the board what it is. No reals.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello {
     /// [`PROTOCOL_VERSION`] of the speaker.
     pub protocol_version: u16,
@@ -131,10 +132,10 @@ pub struct Hello {
     pub schema_hash: u64,
     /// The build of the speaker, for people to read (commit hash or release); need not agree.
     pub build_id: String<BUILD_ID_BYTES>,
-    /// The board.
-    pub board: Board,
-    /// What the controller computes with.
-    pub scalar: ScalarKind,
+    /// The board; `None` where any will do.
+    pub board: Option<Board>,
+    /// What the controller computes with; `None` where any will do.
+    pub scalar: Option<ScalarKind>,
     /// Hash of the learned map; `None` where there is no map yet, or where any will do.
     pub map_hash: Option<u64>,
     /// Hash of the parameters ([`controller_core::config::Config::hash`]); `None` where any will do.
@@ -146,7 +147,7 @@ pub struct Hello {
 }
 
 /// The boards the firmware knows, and the process that stands for one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Board {
     /// STM32F405 (Cortex-M4F).
     Stm32f405,
@@ -157,7 +158,7 @@ pub enum Board {
 }
 
 /// The number type of the controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum ScalarKind {
     /// `f32`.
     F32,
@@ -166,7 +167,7 @@ pub enum ScalarKind {
 }
 
 /// Who advances the tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum TimeBase {
     /// The host: one [`Step`], one tick.
     Lockstep,
@@ -175,7 +176,7 @@ pub enum TimeBase {
 }
 
 /// What a tick's sensors say. Every real is finite.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Readings {
     /// Lockstep: the tick they belong to, milliseconds since [`FromHost::Begin`]. Real time: the board's latest tick that
     /// the host has seen; by its age the board measures the link.
@@ -191,14 +192,14 @@ pub struct Readings {
 }
 
 /// One reading of all proximity sensors. Every range is finite and not negative.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Scan {
     /// Distance from the robot's body along each sensor's axis; `None` where nothing is within reach.
     pub ranges_m: [Option<f32>; SENSORS],
 }
 
 /// What a tick led to. Every real is finite.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Outputs {
     /// The tick: milliseconds since [`FromHost::Begin`].
     pub tick: u64,
@@ -220,7 +221,7 @@ pub struct Outputs {
 ///
 /// An index outside the list, or more checkpoints than the controller holds, is a matter of the receiver's state
 /// and so the receiver's to refuse.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Checkpoints {
     /// These, from the first.
     ReplaceAll(Vec<Point<f32>, CHECKPOINTS_PER_MESSAGE>),
@@ -238,7 +239,7 @@ pub enum Checkpoints {
 }
 
 /// The wheels were stopped. No reals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct FaultReport {
     /// The tick at which it was noticed: milliseconds since start.
     pub tick: u64,
@@ -249,9 +250,9 @@ pub struct FaultReport {
 }
 
 /// Why the board has not done what it was asked. No reals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum Refusal {
-    /// The hello does not fit; the board's own says in what.
+    /// No hello has come yet that fits; the board's own, with which it answers every hello, says in what.
     Mismatch,
     /// Only in the other time base.
     TimeBase {
@@ -291,11 +292,13 @@ pub enum Refusal {
     EmergencyStop,
     /// Not while the robot learns or navigates.
     NotStandingBy,
+    /// The answer would hold a number that is not finite.
+    NotFinite,
 }
 
 /// Reads and sets parameters. They are numbered as in [`controller_core::config::PARAMETERS`], which has name, unit, range
 /// and default of each. Every real is finite.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Parameters {
     /// What is the value, staged changes included?
     Get {
@@ -304,12 +307,15 @@ pub enum Parameters {
     },
     /// Stage a change: it acts from the next [`Parameters::Commit`].
     Set(ParameterValue),
-    /// Check all as a group and use them from the next tick; refused, what was staged is dropped.
+    /// Check all as a group and use them from the next tick. Refused, those in use stay, and what was staged waits to
+    /// be corrected.
     Commit,
+    /// Stage the defaults of all.
+    Defaults,
 }
 
 /// A parameter and its value.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct ParameterValue {
     /// Which.
     pub index: u8,
@@ -318,7 +324,7 @@ pub struct ParameterValue {
 }
 
 /// Reads and replaces the learned map. Neurons are numbered column × rows + row. Every real is finite.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum MapRequest {
     /// What map is it?
     Describe,
@@ -341,7 +347,7 @@ pub enum MapRequest {
 }
 
 /// The learned map as a whole. No reals.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct MapSummary {
     /// Hash of all neurons ([`controller_core::kohonen::map::Map::hash`]).
     pub hash: u64,
@@ -356,7 +362,7 @@ pub struct MapSummary {
 }
 
 /// Some neurons of the map. Every real is finite.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Neurons {
     /// Number of the first.
     pub first: u16,
@@ -365,7 +371,7 @@ pub struct Neurons {
 }
 
 /// How link and tasks are doing, since the board was started. No reals.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Health {
     /// The tick.
     pub tick: u64,
@@ -392,7 +398,7 @@ pub struct Health {
 }
 
 /// One number for each task.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct TaskCounts {
     /// Homeostatic control.
     pub servo: u32,
@@ -403,7 +409,7 @@ pub struct TaskCounts {
 }
 
 /// What the controller thinks. Every real is finite.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Telemetry {
     /// The tick.
     pub tick: u64,
@@ -434,7 +440,7 @@ pub struct Telemetry {
 }
 
 /// The fields over one column of the map, row by row. Every real is finite.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Fields {
     /// Which column.
     pub column: u8,
@@ -513,11 +519,15 @@ impl Hello {
         if self.schema_hash != theirs.schema_hash {
             return Err(Mismatch::Schema { ours: self.schema_hash, theirs: theirs.schema_hash });
         }
-        if self.board != theirs.board {
-            return Err(Mismatch::Board { ours: self.board, theirs: theirs.board });
+        if let (Some(ours), Some(theirs)) = (self.board, theirs.board)
+            && ours != theirs
+        {
+            return Err(Mismatch::Board { ours, theirs });
         }
-        if self.scalar != theirs.scalar {
-            return Err(Mismatch::Scalar { ours: self.scalar, theirs: theirs.scalar });
+        if let (Some(ours), Some(theirs)) = (self.scalar, theirs.scalar)
+            && ours != theirs
+        {
+            return Err(Mismatch::Scalar { ours, theirs });
         }
         if let (Some(ours), Some(theirs)) = (self.map_hash, theirs.map_hash)
             && ours != theirs
@@ -628,7 +638,7 @@ impl Message for FromHost {
             | Self::EStop
             | Self::Begin
             | Self::Mode(_)
-            | Self::Parameters(Parameters::Get { .. } | Parameters::Commit)
+            | Self::Parameters(Parameters::Get { .. } | Parameters::Commit | Parameters::Defaults)
             | Self::Map(_)
             | Self::Health
             | Self::Telemetry
@@ -663,7 +673,7 @@ const _: () = {
     // One buffer for either: neurons, down and up, are the largest after checkpoints.
     assert!(FromHost::MAX_BYTES >= 1 + 1 + 3 + 1 + NEURONS_PER_MESSAGE * NeuronRecord::BYTES);
     // Hello: variant, version, schema, length and build id, board, scalar, two hashes, time base, epoch.
-    assert!(FromBoard::MAX_BYTES >= 1 + 3 + 10 + (1 + BUILD_ID_BYTES) + 1 + 1 + 2 * (1 + 10) + 1 + 5);
+    assert!(FromBoard::MAX_BYTES >= 1 + 3 + 10 + (1 + BUILD_ID_BYTES) + 2 + 2 + 2 * (1 + 10) + 1 + 5);
     // Health: variant, tick, three counts, three times three, three, stack.
     assert!(FromBoard::MAX_BYTES >= 1 + 10 + 5 * (3 + 9 + 3) + 1 + 5);
     assert!(FromBoard::MAX_BYTES >= 1 + 1 + 2 * ROWS * 4, "fields");

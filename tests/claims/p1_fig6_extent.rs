@@ -53,7 +53,7 @@ fn two_steps<S: Scalar>(
             let now = robot.encoders();
             let counted = EncoderCounts { left: now.left - last.left, right: now.right - last.right };
             last = now;
-            let drive = servo.step(&p.servo, command, counted);
+            let drive = servo.step(&p.reflex.servo, command, counted);
             let drive =
                 controller_core::units::WheelDrive { left: drive.left.to_f32(), right: drive.right.to_f32() };
             let way = robot.tick(drive);

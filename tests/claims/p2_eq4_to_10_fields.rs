@@ -138,7 +138,13 @@ impl<S: Scalar> Pair<S> {
         let mut field = ObstacleField::default();
         let p = &self.p;
         let detections = detections.iter().copied().collect();
-        field.renew::<Indirect<S>, SENSORS>(&self.map, &p.neural.obstacle, &p.reaching.winner, &p.scaling, &detections);
+        field.renew::<Indirect<S>, SENSORS>(
+            &self.map,
+            &p.neural.obstacle,
+            &p.reaching.winner,
+            &p.scaling,
+            &detections,
+        );
         field
     }
 }

@@ -18,8 +18,8 @@ use crate::tidy;
 /// What is built for the host; the same selection each time, so that features and with them builds are shared.
 const ON_HOST: [&str; 3] = ["--workspace", "--exclude", "firmware"];
 
-/// The features of `controller_core`, every set of them.
-const CORE_FEATURES: [&str; 4] = ["", "serde", "defmt", "serde,defmt"];
+/// The features of `controller_core`: none, each alone, all.
+const CORE_FEATURES: [&str; 5] = ["", "serde", "schema", "defmt", "serde,schema,defmt"];
 
 struct Context<'a> {
     root: &'a Path,

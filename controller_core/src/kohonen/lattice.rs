@@ -15,7 +15,8 @@ pub struct NeuronIndex {
 
 impl NeuronIndex {
     /// The index of a lattice of at most 255 × 255 neurons.
-    pub(crate) fn new(column: usize, row: usize) -> Self {
+    #[must_use]
+    pub fn new(column: usize, row: usize) -> Self {
         let narrow = |i: usize| u8::try_from(i).unwrap_or(u8::MAX);
         Self { column: narrow(column), row: narrow(row) }
     }

@@ -68,20 +68,34 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
             assert!(COLUMNS > 1 && COLUMNS < 256, "a bearing axis of 2 to 255 columns");
             assert!(ROWS > 1 && ROWS <= 32, "one bit per row must fit into a u32");
         }
+        Self {
+            neurons: core::array::from_fn(|column| {
+                core::array::from_fn(|row| Self::regular_neuron(column, row))
+            }),
+            won: [0; COLUMNS],
+        }
+    }
+
+    fn regular_neuron(column: usize, row: usize) -> Neuron<S::Weight, O> {
         let position = |i: usize, count: usize| {
             S::from_i32(i32::try_from(i).unwrap_or(0)) / S::from_i32(i32::try_from(count - 1).unwrap_or(1))
         };
         let behind = S::from_f32(BEHIND_SHARE);
-        Self {
-            neurons: core::array::from_fn(|column| {
-                core::array::from_fn(|row| Neuron {
-                    bearing: ((position(column, COLUMNS) - S::HALF) * S::PI).to_weight(),
-                    distance: (position(row, ROWS) * (S::ONE + behind) - behind).to_weight(),
-                    output: O::default(),
-                })
-            }),
-            won: [0; COLUMNS],
+        Neuron {
+            bearing: ((position(column, COLUMNS) - S::HALF) * S::PI).to_weight(),
+            distance: (position(row, ROWS) * (S::ONE + behind) - behind).to_weight(),
+            output: O::default(),
         }
+    }
+
+    /// Forgets everything learned, in place.
+    pub fn reset(&mut self) {
+        for (column, neurons) in self.neurons.iter_mut().enumerate() {
+            for (row, neuron) in neurons.iter_mut().enumerate() {
+                *neuron = Self::regular_neuron(column, row);
+            }
+        }
+        self.won = [0; COLUMNS];
     }
 
     /// The neuron at an index; an index outside the lattice gives the nearest one.

@@ -101,6 +101,11 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
         }
     }
 
+    /// No obstacle.
+    pub fn clear(&mut self) {
+        self.sum = [[S::ZERO.to_weight(); ROWS]; COLUMNS];
+    }
+
     /// The summed inhibition of a neuron, as stored.
     #[must_use]
     pub fn inhibition(&self, index: NeuronIndex) -> S {

@@ -12,6 +12,7 @@ use crate::units::{Point, Pose};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub enum CheckpointError {
     /// More checkpoints than the fixed capacity holds; nothing was changed.
     TooMany {
@@ -64,6 +65,7 @@ impl core::error::Error for CheckpointError {}
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[cfg_attr(feature = "schema", derive(postcard_schema::Schema))]
 pub struct Reached {
     /// Its number.
     pub number: u16,

@@ -1,0 +1,317 @@
+//! The slow half of the controller: fields, integration and learning, on what [`crate::reflex`] has latched.
+//!
+//! One method per event: [`Deliberation::avoid`] (128 ms), [`Deliberation::reach`] (256 ms), [`Deliberation::integrate`]
+//! (after either), [`Deliberation::learn`] (each training step). Each reads one moment and returns within a bounded
+//! number of instructions; what it decides goes back through [`crate::reflex::Reflex::take_command`].
+
+use heapless::Vec;
+
+use crate::config::{Architecture, Parameters};
+use crate::controller::MEMORY_POINTS;
+use crate::integration::{command_fusion, neural, neural::Decision, sweep};
+use crate::kohonen::features::Command;
+use crate::kohonen::map::Map;
+use crate::kohonen::output::{ControlMatrix, Output};
+use crate::kohonen::self_organisation::{displacement, train};
+use crate::localisation::detour::Detour;
+use crate::localisation::memory::ObstacleMemory;
+use crate::localisation::obstacle::ObstacleField;
+use crate::localisation::target::TargetField;
+use crate::motor_control;
+use crate::reflex::Latched;
+use crate::scalar::Scalar;
+use crate::schedule::{Stamped, Tick};
+use crate::sensing::proximity::{Scan, detections};
+use crate::units::{Point, Pose, WheelSpeeds};
+
+/// Points that the swept path is checked against.
+const SWEEP_POINTS: usize = MEMORY_POINTS + 32;
+
+/// A training step under way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct TrainingStep<S> {
+    start: Pose<S>,
+    turn_counts: i32,
+    command: Command<S>,
+}
+
+/// What the modules last said, standing until renewed.
+#[derive(Clone, Debug)]
+struct Standing<S: Scalar, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize> {
+    target: Stamped<Option<TargetField<S>>>,
+    obstacles: Stamped<ObstacleField<S, COLUMNS, ROWS>>,
+    /// Detected points of the last scan, robot frame.
+    points: Vec<Point<S>, SENSORS>,
+    /// P1: the command for the target, and away from obstacles.
+    reaching: Command<S>,
+    avoidance: Option<Command<S>>,
+    decision: Decision<S>,
+}
+
+/// The state of the slow half: the map, the fields, what is remembered.
+#[derive(Clone, Debug)]
+pub struct Deliberation<
+    S: Scalar,
+    O = ControlMatrix<<S as Scalar>::Weight>,
+    const COLUMNS: usize = 15,
+    const ROWS: usize = 15,
+    const SENSORS: usize = 12,
+> {
+    map: Map<S, O, COLUMNS, ROWS>,
+    standing: Standing<S, COLUMNS, ROWS, SENSORS>,
+    scan: Scan<S, SENSORS>,
+    memory: ObstacleMemory<S, MEMORY_POINTS>,
+    detour: Detour<S>,
+    arrivals: u16,
+    goals: u16,
+    trained_steps: u32,
+    step: Option<TrainingStep<S>>,
+}
+
+impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize> Default
+    for Deliberation<S, O, COLUMNS, ROWS, SENSORS>
+{
+    fn default() -> Self {
+        Self::new(Map::regular(), 0)
+    }
+}
+
+impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>
+    Deliberation<S, O, COLUMNS, ROWS, SENSORS>
+{
+    /// With a map that has been trained for `trained_steps` steps.
+    #[inline]
+    #[must_use]
+    pub fn new(map: Map<S, O, COLUMNS, ROWS>, trained_steps: u32) -> Self {
+        Self {
+            map,
+            standing: Standing {
+                target: Stamped::default(),
+                obstacles: Stamped::default(),
+                points: Vec::new(),
+                reaching: Command::default(),
+                avoidance: None,
+                decision: Decision::default(),
+            },
+            scan: Scan::EMPTY,
+            memory: ObstacleMemory::default(),
+            detour: Detour::default(),
+            arrivals: 0,
+            goals: 0,
+            trained_steps,
+            step: None,
+        }
+    }
+
+    /// Everything but the map as at the start, in place: on a board with little memory a second state has no room.
+    pub fn restart(&mut self) {
+        self.standing.target = Stamped::default();
+        self.standing.obstacles.value.clear();
+        self.standing.obstacles.renewed = 0;
+        self.standing.points.clear();
+        self.standing.decision = Decision::default();
+        self.scan = Scan::EMPTY;
+        self.arrivals = 0;
+        self.goals = 0;
+        self.change_mode(0);
+    }
+
+    /// Forgets what stands: the robot changes its mode, and a training step under way is dropped.
+    pub fn change_mode(&mut self, now: Tick) {
+        self.step = None;
+        self.standing.target = Stamped::new(None, now);
+        self.standing.reaching = Command::default();
+        self.standing.avoidance = None;
+        self.memory.clear();
+        self.detour.reset();
+    }
+
+    /// Takes over a scan; it stands until the next.
+    pub fn take_scan(&mut self, scan: Scan<S, SENSORS>) {
+        self.scan = scan;
+    }
+
+    /// What has happened at checkpoints since the last event.
+    fn heed_arrivals(&mut self, latched: &Latched<S>) {
+        if latched.arrivals != self.arrivals {
+            self.arrivals = latched.arrivals;
+            self.detour.reset();
+        }
+        if latched.goals != self.goals {
+            self.goals = latched.goals;
+            self.standing.target = Stamped::new(None, latched.now);
+            self.standing.reaching = Command::default();
+        }
+    }
+
+    /// Obstacle avoidance: the latched scan renews the obstacle fields (P2), or the avoiding command (P1).
+    pub fn avoid(&mut self, p: &Parameters<S, SENSORS>, latched: &Latched<S>) {
+        self.heed_arrivals(latched);
+        if p.architecture == Architecture::Fusion {
+            self.standing.avoidance = p.wiring.avoid(&p.avoidance, &self.scan);
+            return;
+        }
+        let pose = latched.pose;
+        let seen = detections(&p.proximity, &self.scan);
+        self.standing.points = seen.iter().map(|place| place.to_point()).collect();
+        let period = p.reflex.schedule.avoidance_period_ms;
+        self.memory.age(&p.memory, period);
+        let rotation = pose.heading_rad.sin_cos();
+        for &point in &self.standing.points {
+            self.memory.remember(&p.memory, pose.to_world_frame(point, rotation));
+        }
+        let field = &mut self.standing.obstacles;
+        field.value.renew(&self.map, &p.neural.obstacle, &p.reaching.winner, &p.scaling, &seen);
+        field.renewed = latched.now;
+    }
+
+    /// Target reaching: the current checkpoint renews the target field (P2), or the command for it (P1).
+    pub fn reach(&mut self, p: &Parameters<S, SENSORS>, latched: &Latched<S>) {
+        self.heed_arrivals(latched);
+        let seen = latched.target.map(|at| latched.pose.see(at));
+        match p.architecture {
+            Architecture::Cooperative => {
+                let field = seen.and_then(|target| {
+                    let detections = detections(&p.proximity, &self.scan);
+                    let period = p.reflex.schedule.target_period_ms;
+                    let place = self.detour.direct(&p.detour, target, &detections, period);
+                    let place = p.scaling.features(place);
+                    TargetField::localise(&self.map, &p.neural.target, &p.reaching.winner, place)
+                });
+                self.standing.target = Stamped::new(field, latched.now);
+            }
+            Architecture::Fusion => {
+                let reached = seen.and_then(|target| {
+                    motor_control::reach(&self.map, &p.reaching, p.scaling.features(target))
+                });
+                self.standing.reaching = reached.map_or_else(Command::default, |(_, command)| command);
+                self.standing.target.renewed = latched.now;
+            }
+        }
+    }
+
+    /// Integration: what stands of the modules becomes one command. Without a checkpoint the robot stops.
+    #[must_use]
+    pub fn integrate(&mut self, p: &Parameters<S, SENSORS>, latched: &Latched<S>) -> WheelSpeeds<S> {
+        self.heed_arrivals(latched);
+        let command = if latched.target.is_none() {
+            Command::default()
+        } else {
+            match p.architecture {
+                Architecture::Cooperative => self.integrate_fields(p, latched.pose),
+                Architecture::Fusion => match self.standing.avoidance {
+                    Some(avoidance) => {
+                        command_fusion::fuse(p.target_share, self.standing.reaching, avoidance)
+                    }
+                    None => self.standing.reaching,
+                },
+            }
+        };
+        speeds(p, command)
+    }
+
+    fn integrate_fields(&mut self, p: &Parameters<S, SENSORS>, pose: Pose<S>) -> Command<S> {
+        let Some(target) = self.standing.target.value else { return Command::default() };
+        let obstacles: Vec<Point<S>, SWEEP_POINTS> = {
+            // Points farther than the body can come within a step decide nothing.
+            let farthest = p.scaling.reach_m() + p.sweep.body_radius_m + p.sweep.margin_m;
+            let near = |point: &Point<S>| point.x_m.abs() < farthest && point.y_m.abs() < farthest;
+            let remembered = self.memory.seen_from(pose);
+            let points = self.standing.points.iter().copied().chain(remembered).filter(near);
+            points.take(SWEEP_POINTS).collect()
+        };
+        let checked = p.sweep.strength > S::ZERO && !obstacles.is_empty();
+        let decision = neural::integrate(
+            &self.map,
+            &p.neural,
+            &p.reaching,
+            &p.scaling,
+            &target,
+            &self.standing.obstacles.value,
+            |place| {
+                if checked { sweep::inhibition(&p.sweep, place, obstacles.iter()) } else { S::ZERO }
+            },
+        );
+        self.standing.decision = decision.unwrap_or_default();
+        self.standing.decision.command
+    }
+
+    /// One training step ends, the next begins (P1 Eq. 6–8): the map learns from the way just made, then the
+    /// current checkpoint and a random part give the next command.
+    #[must_use]
+    pub fn learn(
+        &mut self,
+        p: &Parameters<S, SENSORS>,
+        latched: &Latched<S>,
+        exploration: [S; 2],
+    ) -> WheelSpeeds<S> {
+        let here = latched.pose;
+        if let Some(step) = self.step.take() {
+            let counts = latched.turn_counts.wrapping_sub(step.turn_counts);
+            let turned = S::from_i32(counts) / p.reflex.odometry.counts_per_radian;
+            let reached = p.scaling.features(displacement(step.start, here, turned));
+            let winner = &p.reaching.winner;
+            train(&mut self.map, &p.learning, winner, self.trained_steps, reached, step.command);
+            self.trained_steps = self.trained_steps.saturating_add(1);
+        }
+        let wished = latched
+            .target
+            .and_then(|at| motor_control::reach(&self.map, &p.reaching, p.scaling.features(here.see(at))))
+            .map_or_else(Command::default, |(_, command)| command);
+        let amplitude = p.learning.exploration.at(self.trained_steps);
+        let draw = |x: S| x.clamp(-S::ONE, S::ONE) * amplitude;
+        let command =
+            Command { left: wished.left + draw(exploration[0]), right: wished.right + draw(exploration[1]) }
+                .saturated();
+        self.step = Some(TrainingStep { start: here, turn_counts: latched.turn_counts, command });
+        speeds(p, command)
+    }
+
+    /// The map.
+    #[must_use]
+    pub fn map(&self) -> &Map<S, O, COLUMNS, ROWS> {
+        &self.map
+    }
+
+    /// The map, to be replaced neuron by neuron while the robot stands by; and the training steps it has seen.
+    pub fn map_mut(&mut self) -> (&mut Map<S, O, COLUMNS, ROWS>, &mut u32) {
+        (&mut self.map, &mut self.trained_steps)
+    }
+
+    /// Training steps so far.
+    #[must_use]
+    pub fn trained_steps(&self) -> u32 {
+        self.trained_steps
+    }
+
+    /// Detected points of the last scan that obstacle avoidance has worked with, robot frame.
+    #[must_use]
+    pub fn points(&self) -> &[Point<S>] {
+        &self.standing.points
+    }
+
+    /// The last decision of neural integration.
+    #[must_use]
+    pub fn decision(&self) -> &Decision<S> {
+        &self.standing.decision
+    }
+
+    /// The target field, with its age.
+    #[must_use]
+    pub fn target_field(&self) -> &Stamped<Option<TargetField<S>>> {
+        &self.standing.target
+    }
+
+    /// The obstacle fields, with their age.
+    #[must_use]
+    pub fn obstacle_field(&self) -> &Stamped<ObstacleField<S, COLUMNS, ROWS>> {
+        &self.standing.obstacles
+    }
+}
+
+fn speeds<S: Scalar, const SENSORS: usize>(
+    p: &Parameters<S, SENSORS>,
+    command: Command<S>,
+) -> WheelSpeeds<S> {
+    p.scaling.speeds(command).saturated(p.speed_limit_mps)
+}
