@@ -54,6 +54,6 @@ const _: () = {
     assert!(ram_bytes::<stm32f405::Real>() <= 12 * 1024);
     assert!(ram_bytes::<stm32f100::Real>() <= 6 * 1024);
     // Ratchets, a little above the present sizes.
-    assert!(ram_bytes::<stm32f405::Real>() <= 8060);
-    assert!(ram_bytes::<stm32f100::Real>() <= 4860);
+    assert!(ram_bytes::<stm32f405::Real>() <= 7930);
+    assert!(ram_bytes::<stm32f100::Real>() <= 4780);
 };
