@@ -44,10 +44,8 @@ enum Core {
 
 impl Core {
     fn start(options: &StubOptions, epoch: u32) -> Result<Self, ConfigError> {
-        let identity = Identity {
-            board: options.board,
-            build_id: concat!("hil_stub ", env!("CARGO_PKG_VERSION")),
-        };
+        let identity =
+            Identity { board: options.board, build_id: concat!("hil_stub ", env!("CARGO_PKG_VERSION")) };
         Ok(match options.scalar {
             ScalarKind::F32 => Self::F32(Box::new(LocalBoard::new(identity, epoch)?)),
             ScalarKind::Fixed => Self::Fixed(Box::new(LocalBoard::new(identity, epoch)?)),

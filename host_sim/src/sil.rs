@@ -63,6 +63,38 @@ pub trait ControllerPort {
 /// What a controller says to a change of its checkpoints: refused, nothing has changed.
 pub type Answer = Result<(), CheckpointError>;
 
+impl<C: ControllerPort> ControllerPort for &mut C {
+    type Error = C::Error;
+
+    fn step(&mut self, now: Tick, inputs: &Inputs<f32, SENSORS>) -> Result<Outputs<f32>, C::Error> {
+        (**self).step(now, inputs)
+    }
+
+    fn schedule(&self) -> Schedule {
+        (**self).schedule()
+    }
+
+    fn set_mode(&mut self, mode: Mode, now: Tick) -> Result<(), C::Error> {
+        (**self).set_mode(mode, now)
+    }
+
+    fn arm(&mut self) -> Result<(), C::Error> {
+        (**self).arm()
+    }
+
+    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, C::Error> {
+        (**self).set_checkpoints(checkpoints)
+    }
+
+    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, C::Error> {
+        (**self).replace_checkpoint(number, checkpoint)
+    }
+
+    fn hash(&self) -> u64 {
+        (**self).hash()
+    }
+}
+
 /// The core in this process.
 #[derive(Debug, Clone)]
 pub struct Sil<S: Scalar, O: Output<S> = Indirect<S>> {

@@ -179,9 +179,8 @@ fn index_of(name: &str) -> u8 {
 fn parameters<S: Scalar>() {
     let mut host = Host::<S>::connected(TimeBase::Lockstep);
     let count = u8::try_from(PARAMETERS.len()).unwrap();
-    let set = |name, value| {
-        FromHost::Parameters(Parameters::Set(ParameterValue { index: index_of(name), value }))
-    };
+    let set =
+        |name, value| FromHost::Parameters(Parameters::Set(ParameterValue { index: index_of(name), value }));
     let get = |index| FromHost::Parameters(Parameters::Get { index });
     let commit = FromHost::Parameters(Parameters::Commit);
     host.refused(get(count), Refusal::NoSuchParameter { count });
@@ -198,7 +197,9 @@ fn parameters<S: Scalar>() {
     let mut config = Config::default();
     config.schedule.target_period_ms = 512;
     let parameters_hash = |host: &mut Host<S>| {
-        let FromBoard::Hello(hello) = host.ask(FromHost::Hello(expected(TimeBase::Lockstep))) else { panic!() };
+        let FromBoard::Hello(hello) = host.ask(FromHost::Hello(expected(TimeBase::Lockstep))) else {
+            panic!()
+        };
         hello.parameters_hash
     };
     assert_eq!(parameters_hash(&mut host), Some(config.hash()));
@@ -221,7 +222,9 @@ fn maps<S: Scalar>() {
     host.refused(FromHost::Map(MapRequest::Read { first: count }), Refusal::NoSuchNeurons { count });
     // The first neuron of the last column becomes a trained one.
     let first = count - 15;
-    let FromBoard::Neurons(mut neurons) = host.ask(FromHost::Map(MapRequest::Read { first })) else { panic!() };
+    let FromBoard::Neurons(mut neurons) = host.ask(FromHost::Map(MapRequest::Read { first })) else {
+        panic!()
+    };
     neurons.neurons[0].left = [0.25, -0.5];
     neurons.neurons[0].has_won = true;
     host.done(FromHost::Map(MapRequest::Write(neurons.clone())));
