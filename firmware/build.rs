@@ -56,6 +56,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
+    // This one runs on a machine with 128 KiB whichever the board is, and keeps more than the board's RAM holds.
+    println!("cargo:rustc-link-arg-bin=instructions=--defsym=_stack_start=0x20010000");
     println!("cargo:rustc-env=EKM_BUILD_ID={}", build_id());
     // Without it defmt leaves out all lines but errors.
     println!("cargo:rerun-if-env-changed=DEFMT_LOG");

@@ -5,6 +5,8 @@ mod bench;
 mod config;
 mod error;
 mod learning;
+mod link;
+mod linked;
 mod main_job;
 mod output;
 mod plan;
@@ -50,6 +52,7 @@ fn dispatch(cli: &Cli) -> Result<Outcome, CliError> {
         Some(Command::Train(args)) => train::train(args),
         Some(Command::Scenarios(args)) => scenarios::scenarios(args),
         Some(Command::Plan(args)) => plan::plan(args),
+        Some(Command::Link(args)) => link::link(args),
         Some(Command::Bench(args)) => bench::bench(args),
         Some(Command::Config(args)) => config::config(args),
     }

@@ -36,6 +36,8 @@ pub mod proximity_model;
 
 pub mod sil;
 
+pub mod link;
+
 pub mod simulation;
 
 pub mod training;

@@ -6,8 +6,7 @@
 use controller_core::config::Config;
 use controller_core::kohonen::features::Scaling;
 use controller_core::kohonen::lattice::NeuronIndex;
-use controller_core::kohonen::map::{Map, Neuron};
-use controller_core::kohonen::output::ControlMatrix;
+use controller_core::kohonen::map::Map;
 use controller_core::scalar::{Fixed, Scalar};
 use controller_core::state_hash::StateHash;
 use protocol::map_file::{self, FORMAT_VERSION, MapFileError, MapHeader, NeuronRecord, Provenance};

@@ -1,5 +1,7 @@
 //! One run of a scenario, from start to goal: what the papers' figures show.
 
+use core::convert::Infallible;
+
 use controller_core::config::{Architecture, Config};
 use controller_core::controller::Mode;
 use controller_core::planning::checkpoint::CheckpointError;
@@ -15,15 +17,18 @@ use crate::scenario::{ControllerKind, Route, Scenario, Trigger};
 use crate::sil::ControllerPort;
 use crate::simulation::{Simulation, seconds};
 
-/// Why a mission cannot begin.
+/// Why a mission cannot begin or go on; `E` is what can be wrong with the way to the controller.
 #[derive(Debug, thiserror::Error)]
-pub enum MissionError {
+pub enum MissionError<E: core::error::Error = Infallible> {
     /// There is no plan.
     #[error(transparent)]
     Route(#[from] RouteError),
     /// The controller does not take the checkpoints.
     #[error("the controller refuses the checkpoints: {0}")]
     Checkpoints(#[from] CheckpointError),
+    /// The controller cannot be reached any more.
+    #[error("{0}")]
+    Port(E),
 }
 
 /// A checkpoint that was reached.
@@ -136,13 +141,13 @@ struct Mission<'a, C> {
 /// Runs a scenario with a controller that has a trained map; `robot` gives the physical robot's numbers.
 ///
 /// # Errors
-/// If there is no plan, or the controller refuses its checkpoints.
+/// If there is no plan, or the controller refuses its checkpoints or cannot be reached any more.
 pub fn run<C: ControllerPort>(
     scenario: &Scenario,
     controller: C,
     robot: &Config,
     options: MissionOptions,
-) -> Result<MissionResult, MissionError> {
+) -> Result<MissionResult, MissionError<C::Error>> {
     let start = start_of(scenario, options.seed);
     let checkpoints = match &scenario.route {
         Route::Checkpoints(checkpoints) => checkpoints.clone(),
@@ -152,9 +157,9 @@ pub fn run<C: ControllerPort>(
     let mut simulation =
         Simulation::new(controller, &scenario.world, model, &scenario.noise, start, options.seed);
     let points: Vec<_> = checkpoints.iter().copied().map(narrow_point).collect();
-    simulation.controller.set_checkpoints(&points)?;
-    simulation.controller.arm();
-    simulation.controller.set_mode(Mode::Navigate, 0);
+    simulation.controller.set_checkpoints(&points).map_err(MissionError::Port)??;
+    simulation.controller.arm().map_err(MissionError::Port)?;
+    simulation.controller.set_mode(Mode::Navigate, 0).map_err(MissionError::Port)?;
     let mut mission = Mission {
         scenario,
         simulation,
@@ -170,10 +175,10 @@ pub fn run<C: ControllerPort>(
 
 impl<C: ControllerPort> Mission<'_, C> {
     /// Drives until the goal or the time limit; whether the goal was reached.
-    fn drive(&mut self, sample_ms: u64) -> Result<bool, MissionError> {
+    fn drive(&mut self, sample_ms: u64) -> Result<bool, MissionError<C::Error>> {
         while self.simulation.time_s() < self.scenario.time_limit_s {
             self.replace_checkpoints()?;
-            let outputs = self.simulation.step();
+            let outputs = self.simulation.step().map_err(MissionError::Port)?;
             self.stopped = outputs.stopped.or(self.stopped);
             if sample_ms > 0 && (self.simulation.tick() - 1).is_multiple_of(sample_ms) {
                 self.sample(outputs.command.value.left_mps, outputs.command.value.right_mps);
@@ -182,7 +187,7 @@ impl<C: ControllerPort> Mission<'_, C> {
             let t_s = self.simulation.time_s();
             if reached.is_goal {
                 for _ in 0..SETTLE_MS {
-                    self.simulation.step();
+                    self.simulation.step().map_err(MissionError::Port)?;
                 }
             }
             let error_m = self.distance_to(usize::from(reached.number));
@@ -214,7 +219,7 @@ impl<C: ControllerPort> Mission<'_, C> {
     }
 
     /// The planner replaces checkpoints under way (P1 Fig. 9).
-    fn replace_checkpoints(&mut self) -> Result<(), MissionError> {
+    fn replace_checkpoints(&mut self) -> Result<(), MissionError<C::Error>> {
         if self.pending.is_empty() {
             return Ok(());
         }
@@ -236,7 +241,8 @@ impl<C: ControllerPort> Mission<'_, C> {
             if replacement.checkpoint >= self.arrivals.len() {
                 self.simulation
                     .controller
-                    .replace_checkpoint(replacement.checkpoint, narrow_point(replacement.to))?;
+                    .replace_checkpoint(replacement.checkpoint, narrow_point(replacement.to))
+                    .map_err(MissionError::Port)??;
                 self.checkpoints[replacement.checkpoint] = replacement.to;
             }
         }

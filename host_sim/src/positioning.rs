@@ -54,7 +54,7 @@ pub struct TargetResult {
 /// How long the robot may roll out after its controller stopped it, in ms.
 const SETTLE_MS: u32 = 200;
 
-/// Runs the test with target reaching as in P1, one command per training step.
+/// Runs the test with the core in this process.
 ///
 /// # Errors
 /// If the configuration cannot be used.
@@ -64,23 +64,44 @@ pub fn positioning_test<S: Scalar, O: Output<S>>(
     plan: &PositioningPlan,
     noise: &NoiseLevels,
 ) -> Result<Vec<TargetResult>, ConfigError> {
-    let mut config = config.clone();
+    let config = config_for(config);
+    let Ok(results) = positioning_test_with(Sil::trained(&config, map.clone(), 0)?, &config, plan, noise);
+    Ok(results)
+}
+
+/// The configuration of the test: target reaching as in P1, one command per training step.
+#[must_use]
+pub fn config_for(base: &Config) -> Config {
+    let mut config = base.clone();
     config.architecture = Architecture::Fusion;
     config.schedule.target_period_ms = config.schedule.step_ms;
-    let controller = Sil::trained(&config, map.clone(), 0)?;
+    config
+}
+
+/// Runs the test with a controller that is at its start, has a trained map and the configuration `config`, which
+/// [`config_for`] makes.
+///
+/// # Errors
+/// If the controller cannot be reached any more.
+pub fn positioning_test_with<C: ControllerPort>(
+    controller: C,
+    config: &Config,
+    plan: &PositioningPlan,
+    noise: &NoiseLevels,
+) -> Result<Vec<TargetResult>, C::Error> {
     let world = World::default();
     let model = KheperaModel::new(&config.robot, &config.servo, noise.actuator);
     let start = TruePose { position: Point2::origin(), heading_rad: 0.0 };
     let mut simulation = Simulation::new(controller, &world, model, noise, start, plan.seed);
-    simulation.controller.arm();
-    simulation.controller.set_mode(Mode::Navigate, 0);
+    simulation.controller.arm()?;
+    simulation.controller.set_mode(Mode::Navigate, 0)?;
     let mut targets = TargetSource::new(plan.seed, Purpose::TestTargets, plan.arena_m);
     let step_ms = u64::from(config.schedule.step_ms);
     let mut from = Point2::origin();
     let mut results = Vec::new();
     for _ in 0..plan.targets {
         let target = targets.next(from, plan.apart_m);
-        results.push(approach(&mut simulation, target, from, step_ms, u64::from(plan.steps_max)));
+        results.push(approach(&mut simulation, target, from, step_ms, u64::from(plan.steps_max))?);
         from = target;
     }
     Ok(results)
@@ -92,19 +113,19 @@ fn approach<C: ControllerPort>(
     from: Point2<f64>,
     step_ms: u64,
     steps_max: u64,
-) -> TargetResult {
+) -> Result<TargetResult, C::Error> {
     // Begin with a step: the paper's time is counted in steps.
     while !simulation.tick().is_multiple_of(step_ms) {
-        simulation.step();
+        simulation.step()?;
     }
-    let placed = simulation.controller.set_checkpoints(&[narrow_point(target)]);
+    let placed = simulation.controller.set_checkpoints(&[narrow_point(target)])?;
     debug_assert!(placed.is_ok(), "{placed:?}");
     let begin = simulation.tick();
     let mut nearest_m = f64::INFINITY;
     let mut steps_to_25_mm = None;
     let mut stopped = false;
     while simulation.tick() - begin < steps_max * step_ms && !stopped {
-        stopped = simulation.step().reached.is_some();
+        stopped = simulation.step()?.reached.is_some();
         let distance = (simulation.pose().position - target).norm();
         nearest_m = nearest_m.min(distance);
         if distance < 0.025 && steps_to_25_mm.is_none() {
@@ -113,16 +134,16 @@ fn approach<C: ControllerPort>(
     }
     if stopped {
         for _ in 0..SETTLE_MS {
-            simulation.step();
+            simulation.step()?;
         }
     }
-    TargetResult {
+    Ok(TargetResult {
         error_m: (simulation.pose().position - target).norm(),
         nearest_m,
         steps_to_25_mm,
         distance_m: (target - from).norm(),
         stopped,
-    }
+    })
 }
 
 /// The figures of one or several tests.

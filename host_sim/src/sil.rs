@@ -1,7 +1,9 @@
 //! The controller as the simulator meets it: a port that takes readings and gives drives.
 //!
 //! Everything that crosses the port is `f32` in SI units, as on the wire. [`Sil`] (software in the loop) runs the
-//! core in this process; a board behind a serial link can stand in its place.
+//! core in this process; a board behind a serial link ([`crate::link::port`]) can stand in its place.
+
+use core::convert::Infallible;
 
 use controller_core::config::{Config, ConfigError, Parameters};
 use controller_core::controller::{Controller, Inputs, Mode, Outputs};
@@ -25,33 +27,72 @@ pub type HostMap<S, O> = Map<S, O, COLUMNS, ROWS>;
 pub type Indirect<S> = ControlMatrix<<S as Scalar>::Weight>;
 
 /// A controller that the simulator can drive.
+///
+/// # Errors
+/// All methods that return [`ControllerPort::Error`] do so where the controller cannot be reached any more; the run
+/// then has no meaning and ends.
+#[allow(clippy::missing_errors_doc, reason = "said once, for all methods")]
 pub trait ControllerPort {
+    /// What can be wrong with the way to the controller; in this process, nothing.
+    type Error: core::error::Error;
+
     /// One tick.
-    fn step(&mut self, now: Tick, inputs: &Inputs<f32, SENSORS>) -> Outputs<f32>;
+    fn step(&mut self, now: Tick, inputs: &Inputs<f32, SENSORS>) -> Result<Outputs<f32>, Self::Error>;
 
     /// When the controller reads what.
     fn schedule(&self) -> Schedule;
 
     /// Standby, learn or navigate.
-    fn set_mode(&mut self, mode: Mode, now: Tick);
+    fn set_mode(&mut self, mode: Mode, now: Tick) -> Result<(), Self::Error>;
 
     /// Lets the motors run.
-    fn arm(&mut self);
+    fn arm(&mut self) -> Result<(), Self::Error>;
 
-    /// Replaces all checkpoints.
-    ///
-    /// # Errors
-    /// As [`controller_core::planning::checkpoint::Checkpoints::replace_all`].
-    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<(), CheckpointError>;
+    /// Replaces all checkpoints; the controller's answer is that of
+    /// [`controller_core::planning::checkpoint::Checkpoints::replace_all`].
+    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, Self::Error>;
 
-    /// Replaces one checkpoint that is still ahead.
-    ///
-    /// # Errors
-    /// As [`controller_core::planning::checkpoint::Checkpoints::replace`].
-    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<(), CheckpointError>;
+    /// Replaces one checkpoint that is still ahead; the controller's answer is that of
+    /// [`controller_core::planning::checkpoint::Checkpoints::replace`].
+    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, Self::Error>;
 
     /// Hash over all commands and drives since start.
     fn hash(&self) -> u64;
+}
+
+/// What a controller says to a change of its checkpoints: refused, nothing has changed.
+pub type Answer = Result<(), CheckpointError>;
+
+impl<C: ControllerPort> ControllerPort for &mut C {
+    type Error = C::Error;
+
+    fn step(&mut self, now: Tick, inputs: &Inputs<f32, SENSORS>) -> Result<Outputs<f32>, C::Error> {
+        (**self).step(now, inputs)
+    }
+
+    fn schedule(&self) -> Schedule {
+        (**self).schedule()
+    }
+
+    fn set_mode(&mut self, mode: Mode, now: Tick) -> Result<(), C::Error> {
+        (**self).set_mode(mode, now)
+    }
+
+    fn arm(&mut self) -> Result<(), C::Error> {
+        (**self).arm()
+    }
+
+    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, C::Error> {
+        (**self).set_checkpoints(checkpoints)
+    }
+
+    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, C::Error> {
+        (**self).replace_checkpoint(number, checkpoint)
+    }
+
+    fn hash(&self) -> u64 {
+        (**self).hash()
+    }
 }
 
 /// The core in this process.
@@ -86,29 +127,33 @@ fn point_from<S: Scalar>(point: Point<f32>) -> Point<S> {
 }
 
 impl<S: Scalar, O: Output<S>> ControllerPort for Sil<S, O> {
-    fn step(&mut self, now: Tick, inputs: &Inputs<f32, SENSORS>) -> Outputs<f32> {
-        self.controller.step(&self.parameters, now, &inputs.converted()).to_f32()
+    type Error = Infallible;
+
+    fn step(&mut self, now: Tick, inputs: &Inputs<f32, SENSORS>) -> Result<Outputs<f32>, Infallible> {
+        Ok(self.controller.step(&self.parameters, now, &inputs.converted()).to_f32())
     }
 
     fn schedule(&self) -> Schedule {
         self.parameters.reflex.schedule
     }
 
-    fn set_mode(&mut self, mode: Mode, now: Tick) {
+    fn set_mode(&mut self, mode: Mode, now: Tick) -> Result<(), Infallible> {
         self.controller.set_mode(mode, now);
+        Ok(())
     }
 
-    fn arm(&mut self) {
+    fn arm(&mut self) -> Result<(), Infallible> {
         self.controller.arm();
+        Ok(())
     }
 
-    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<(), CheckpointError> {
+    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, Infallible> {
         let points: Vec<Point<S>> = checkpoints.iter().copied().map(point_from).collect();
-        self.controller.checkpoints_mut().replace_all(&points)
+        Ok(self.controller.checkpoints_mut().replace_all(&points))
     }
 
-    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<(), CheckpointError> {
-        self.controller.checkpoints_mut().replace(number, point_from(checkpoint))
+    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, Infallible> {
+        Ok(self.controller.checkpoints_mut().replace(number, point_from(checkpoint)))
     }
 
     fn hash(&self) -> u64 {

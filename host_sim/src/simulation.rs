@@ -140,9 +140,12 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
     }
 
     /// One tick.
-    pub fn step(&mut self) -> Outputs<f32> {
+    ///
+    /// # Errors
+    /// If the controller cannot be reached any more; the world then stands where it was.
+    pub fn step(&mut self) -> Result<Outputs<f32>, C::Error> {
         let inputs = self.read();
-        let outputs = self.controller.step(self.tick, &inputs);
+        let outputs = self.controller.step(self.tick, &inputs)?;
         self.move_robot(&outputs);
         self.tick += 1;
         let pose = self.robot.pose();
@@ -150,7 +153,7 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
             let bits = value.to_bits();
             self.hash.add_word(low_word(bits ^ (bits >> 32)));
         }
-        outputs
+        Ok(outputs)
     }
 
     fn read(&mut self) -> Inputs<f32, SENSORS> {

@@ -72,9 +72,9 @@ pub fn learn<S: Scalar, O: Output<S>>(
     progress: &(dyn Fn() + Sync),
 ) -> Result<Learned<S, O>, ConfigError> {
     let world = World::default();
-    let mut training = Training::<S, O>::new(config, plan.clone(), &PAPERS, &world)?;
+    let mut training = Training::<Sil<S, O>>::new(config, plan.clone(), &PAPERS, &world)?;
     for _ in 0..plan.steps {
-        training.run(1);
+        let Ok(()) = training.run(1);
         progress();
     }
     let hash = training.simulation_mut().hash();

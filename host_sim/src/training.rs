@@ -68,8 +68,8 @@ impl TargetSource {
 
 /// A learner under way: train some steps, look at the map, train on.
 #[derive(Debug)]
-pub struct Training<'w, S: Scalar, O: Output<S>> {
-    simulation: Simulation<'w, Sil<S, O>>,
+pub struct Training<'w, C> {
+    simulation: Simulation<'w, C>,
     targets: TargetSource,
     target: Point2<f64>,
     steps_on_target: u32,
@@ -77,7 +77,7 @@ pub struct Training<'w, S: Scalar, O: Output<S>> {
     step_ms: u64,
 }
 
-impl<'w, S: Scalar, O: Output<S>> Training<'w, S, O> {
+impl<'w, S: Scalar, O: Output<S>> Training<'w, Sil<S, O>> {
     /// A robot with an untrained map in the middle of the arena. `world` is usually empty.
     ///
     /// # Errors
@@ -88,9 +88,26 @@ impl<'w, S: Scalar, O: Output<S>> Training<'w, S, O> {
         noise: &NoiseLevels,
         world: &'w World,
     ) -> Result<Self, ConfigError> {
-        let mut controller = Sil::<S, O>::untrained(config)?;
-        controller.arm();
-        controller.set_mode(Mode::Learn, 0);
+        let Ok(training) = Self::with(Sil::untrained(config)?, config, plan, noise, world);
+        Ok(training)
+    }
+}
+
+impl<'w, C: ControllerPort> Training<'w, C> {
+    /// The same with a controller that is at its start: at tick 0, with the map that it is to go on with. `config` must
+    /// be its configuration.
+    ///
+    /// # Errors
+    /// If the controller cannot be reached.
+    pub fn with(
+        mut controller: C,
+        config: &Config,
+        plan: TrainingPlan,
+        noise: &NoiseLevels,
+        world: &'w World,
+    ) -> Result<Self, C::Error> {
+        controller.arm()?;
+        controller.set_mode(Mode::Learn, 0)?;
         let start = TruePose { position: Point2::origin(), heading_rad: 0.0 };
         let model = KheperaModel::new(&config.robot, &config.servo, noise.actuator);
         let simulation = Simulation::new(controller, world, model, noise, start, plan.seed);
@@ -105,16 +122,20 @@ impl<'w, S: Scalar, O: Output<S>> Training<'w, S, O> {
     }
 
     /// Trains for `steps` more steps.
-    pub fn run(&mut self, steps: u32) {
+    ///
+    /// # Errors
+    /// If the controller cannot be reached any more.
+    pub fn run(&mut self, steps: u32) -> Result<(), C::Error> {
         for _ in 0..steps {
-            self.choose_target();
+            self.choose_target()?;
             for _ in 0..self.step_ms {
-                self.simulation.step();
+                self.simulation.step()?;
             }
         }
+        Ok(())
     }
 
-    fn choose_target(&mut self) {
+    fn choose_target(&mut self) -> Result<(), C::Error> {
         let here = self.simulation.pose().position;
         let arrived = (self.target - here).norm() < self.plan.near_m;
         if arrived || self.steps_on_target >= self.plan.steps_per_target {
@@ -123,18 +144,19 @@ impl<'w, S: Scalar, O: Output<S>> Training<'w, S, O> {
         }
         self.steps_on_target += 1;
         // The arena is far smaller than what a checkpoint may be, and one always fits.
-        let placed = self.simulation.controller.set_checkpoints(&[narrow_point(self.target)]);
+        let placed = self.simulation.controller.set_checkpoints(&[narrow_point(self.target)])?;
         debug_assert!(placed.is_ok(), "{placed:?}");
+        Ok(())
     }
 
     /// The learner.
     #[must_use]
-    pub fn controller(&self) -> &Sil<S, O> {
+    pub fn controller(&self) -> &C {
         &self.simulation.controller
     }
 
     /// The robot, to change it under way.
-    pub fn simulation_mut(&mut self) -> &mut Simulation<'w, Sil<S, O>> {
+    pub fn simulation_mut(&mut self) -> &mut Simulation<'w, C> {
         &mut self.simulation
     }
 

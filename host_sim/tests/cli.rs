@@ -147,6 +147,13 @@ fn a_small_sweep_is_as_committed() {
 }
 
 #[test]
+fn the_parameters_are_as_committed() {
+    // The link numbers them so: lines are only ever added at the end.
+    let folder = TempDir::new().unwrap();
+    insta::assert_snapshot!("parameters", ok(folder.path(), &["config", "--list"]));
+}
+
+#[test]
 fn json_is_one_document_for_every_command_that_offers_it() {
     let folder = TempDir::new().unwrap();
     let once = json(folder.path(), &["run", "p2_fig5", "--json", "--out", "o"]);
@@ -162,6 +169,11 @@ fn json_is_one_document_for_every_command_that_offers_it() {
     assert_eq!(scenarios.as_array().unwrap().len(), 7);
     let plan = json(folder.path(), &["plan", "p2_fig6", "--json", "--out", "plan.svg"]);
     assert_eq!((plan["checkpoints"].as_array().unwrap().len(), &plan["file"]), (3, &"plan.svg".into()));
+    let parameters = json(folder.path(), &["config", "--list", "--json"]);
+    let speed = &parameters[3];
+    assert_eq!((&speed["name"], &speed["unit"]), (&"robot.speed_limit_mps".into(), &"m/s".into()));
+    assert_eq!((&speed["default"], &speed["low"], &speed["high"]), (&0.16.into(), &0.005.into(), &5.into()));
+    assert_eq!(parameters[0]["choices"], serde_json::json!(["cooperative", "fusion"]));
     let bench = json(folder.path(), &["bench", "--runs", "1", "--steps", "100", "--json"]);
     assert!(bench["speeds"][0]["times_real_time"].as_f64().unwrap() > 0.0);
 }
@@ -236,6 +248,7 @@ fn wrong_requests_are_refused_with_a_remedy() {
     refused(&["run", "p2_fig6", "--map", "m.ekm", "--steps", "9"], &["--map", "--steps"]);
     refused(&["--config", "key.toml"], &["key.toml:2", "servo.stal_share", "did you mean `stall_share`"]);
     refused(&["--config", "value.toml"], &["value.toml", "servo.stall_share = 2", "between 0 and 1"]);
+    refused(&["config", "--json"], &["--list"]);
     refused(&["--config", "none.toml"], &["none.toml", "config --print"]);
     assert_eq!(files_in(folder.path()), ["bad.toml", "key.toml", "value.toml"], "nothing was written");
 }

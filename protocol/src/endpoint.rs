@@ -323,11 +323,15 @@ impl Session {
     /// Carries a request out and gives the frame to send back.
     ///
     /// A sequence number that comes twice in a row is the same request again, because the answer was lost: it gets the
-    /// same answer and is not carried out twice. Only a hello is always carried out, since with it begins a host that
-    /// knows nothing of what was before. What is not answered gives an empty slice.
+    /// same answer and is not carried out twice. Always carried out are a hello, since with it begins a host that knows
+    /// nothing of what was before; what stops the wheels, whoever sends it and however it counts; and whatever comes
+    /// under 0, the number of what the board says unasked. What is not answered gives an empty slice.
     pub fn serve<S: Scalar>(&mut self, access: &mut impl Access<S>, frame: &Frame<FromHost>) -> &[u8] {
-        let is_repeated = frame.sequence == self.sent.sequence && self.sent.length > 0;
-        if is_repeated && !matches!(frame.message, FromHost::Hello(_) | FromHost::Sense(_)) {
+        let is_always_done = matches!(
+            frame.message,
+            FromHost::Hello(_) | FromHost::Sense(_) | FromHost::EStop | FromHost::Disarm
+        );
+        if frame.sequence == self.sent.sequence && frame.sequence != 0 && !is_always_done {
             return self.sent.bytes();
         }
         match self.answer(access, &frame.message) {

@@ -62,7 +62,7 @@ pub struct Frame<M> {
 pub enum FrameError {
     /// More bytes than the largest frame has.
     TooLong {
-        /// Bytes of the largest frame of this direction, delimiter included.
+        /// [`FRAME_BYTES_MAX`].
         limit_bytes: usize,
     },
     /// Fewer bytes than the smallest frame has.
@@ -128,7 +128,7 @@ pub fn encode<'a, M: Message>(
     let usable = available_bytes.min(FRAME_BYTES_MAX);
     let (stuffing, rest) = buffer.get_mut(..usable).and_then(<[u8]>::split_first_mut).ok_or(too_small)?;
     let (head, rest) = rest.split_first_chunk_mut::<HEAD_BYTES>().ok_or(too_small)?;
-    let [low, high] = const { schema::key::<M>() }.to_le_bytes();
+    let [low, high] = schema::key::<M>().to_le_bytes();
     *head = [low, high, sequence];
     let body_bytes = match to_slice(message, rest) {
         Ok(body) => body.len(),
@@ -168,7 +168,7 @@ enum Place {
 /// Takes frames out of a stream, byte by byte: `Decoder<FromHost>` on the board, `Decoder<FromBoard>` on the host.
 ///
 /// The work per byte is bounded: a step of the CRC, and at the delimiter one decoding of at most
-/// [`Message::MAX_BYTES`] bytes. It needs no other memory than its own.
+/// a frame's bytes. It needs no other memory than its own.
 #[derive(Clone, Debug)]
 pub struct Decoder<M> {
     /// The present frame, stuffing taken out.
@@ -224,9 +224,7 @@ impl<M: Message> Decoder<M> {
     /// Appends to the content; afterwards the decoder is inside, with this run to come, unless the frame is too long.
     fn keep(&mut self, byte: u8, run: u8) -> Place {
         let at = usize::from(self.content_bytes);
-        if at >= HEAD_BYTES + M::MAX_BYTES + CRC_BYTES {
-            return Place::Beyond;
-        }
+        // The same limit for both directions, so that an echo is told by its key whatever its length.
         let Some(slot) = self.content.get_mut(at) else { return Place::Beyond };
         *slot = byte;
         self.content_bytes += 1;
@@ -241,9 +239,7 @@ impl<M: Message> Decoder<M> {
             Place::Between => return None,
             Place::Inside { run: 0 } => self.check(),
             Place::Inside { run } => Err(FrameError::Stuffing { missing_bytes: run }),
-            Place::Beyond => Err(FrameError::TooLong {
-                limit_bytes: STUFFING_BYTES + HEAD_BYTES + M::MAX_BYTES + CRC_BYTES + 1,
-            }),
+            Place::Beyond => Err(FrameError::TooLong { limit_bytes: FRAME_BYTES_MAX }),
         };
         let count = if result.is_ok() { &mut self.counts.good } else { &mut self.counts.bad };
         *count = count.saturating_add(1);
@@ -269,7 +265,7 @@ impl<M: Message> Decoder<M> {
             return Err(FrameError::Checksum { stored, computed: self.crc });
         }
         let [low, high, sequence] = *head;
-        let (expected, found) = (const { schema::key::<M>() }, u16::from_le_bytes([low, high]));
+        let (expected, found) = (schema::key::<M>(), u16::from_le_bytes([low, high]));
         if found != expected {
             return Err(FrameError::Key { expected, found });
         }

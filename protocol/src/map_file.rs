@@ -340,7 +340,6 @@ mod tests {
     use crate::message::ScalarKind;
     use controller_core::scalar::{Fixed, FixedWeight, Scalar};
     use heapless::String;
-    use postcard_schema::Schema;
     use proptest::prelude::{Just, Strategy, any, prop};
     use proptest::test_runner::TestCaseError;
     use proptest::{prop_assert, prop_assert_eq, proptest};

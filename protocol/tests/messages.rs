@@ -4,119 +4,21 @@
     reason = "clippy.toml allows it in #[test] functions; the helpers here are part of them"
 )]
 
+mod common;
+
+use common::{
+    OUTPUTS, READINGS, board_examples, from_board, from_host, full_checkpoints, full_neurons, hello_example,
+    host_examples,
+};
 use controller_core::scalar::{Fixed, Scalar};
-use controller_core::units::{EncoderCounts, Point, Pose, WheelDrive, WheelSpeeds};
-use heapless::{String, Vec};
-use proptest::prelude::{Just, Strategy, any, prop, prop_oneof};
-use proptest::{option, prop_assert, prop_assert_eq, proptest};
+use controller_core::units::{Point, Pose, WheelDrive};
+use proptest::prelude::{any, prop};
+use proptest::{prop_assert, prop_assert_eq, proptest};
 use protocol::codec::{DecodeError, EncodeError, Message, from_bytes, to_slice};
 use protocol::message::{
-    Board, CHECKPOINTS_PER_MESSAGE, Checkpoints, FaultCause, FaultReport, FromBoard, FromHost, Hello,
-    Mismatch, Outputs, PROTOCOL_VERSION, SENSORS, ScalarKind, Scan, Step, TimeBase, Wheel,
+    Board, Checkpoints, Fields, FromBoard, FromHost, Hello, MapRequest, Mismatch, Neurons, Outputs,
+    PROTOCOL_VERSION, ParameterValue, Parameters, ROWS, Readings, SENSORS, ScalarKind, Scan, TimeBase,
 };
-
-fn finite() -> impl Strategy<Value = f32> {
-    any::<f32>().prop_filter("finite", |value| value.is_finite())
-}
-
-fn point() -> impl Strategy<Value = Point<f32>> {
-    (finite(), finite()).prop_map(|(x_m, y_m)| Point { x_m, y_m })
-}
-
-fn hello() -> impl Strategy<Value = Hello> {
-    (
-        any::<(u16, u32, Option<u64>)>(),
-        "[0-9a-f]{0,40}",
-        prop_oneof![Just(Board::Stm32f405), Just(Board::Stm32f100), Just(Board::Stub)],
-        prop_oneof![Just(ScalarKind::F32), Just(ScalarKind::Fixed)],
-        prop_oneof![Just(TimeBase::Lockstep), Just(TimeBase::RealTime)],
-    )
-        .prop_map(|((protocol_version, epoch, map_hash), build_id, board, scalar, time_base)| Hello {
-            protocol_version,
-            build_id: String::try_from(build_id.as_str()).unwrap(),
-            board,
-            scalar,
-            map_hash,
-            time_base,
-            epoch,
-        })
-}
-
-fn step() -> impl Strategy<Value = Step> {
-    let pose = (finite(), finite(), finite());
-    let pose = option::of(pose.prop_map(|(x_m, y_m, heading_rad)| Pose { x_m, y_m, heading_rad }));
-    let range = option::of(finite().prop_map(f32::abs));
-    let scan = option::of(prop::array::uniform12(range).prop_map(|ranges_m| Scan { ranges_m }));
-    (any::<(u64, i32, i32)>(), pose, scan).prop_map(|((tick, left, right), pose_fix, scan)| Step {
-        tick,
-        encoders: EncoderCounts { left, right },
-        pose_fix,
-        scan,
-    })
-}
-
-fn checkpoints() -> impl Strategy<Value = Checkpoints> {
-    let list = || {
-        prop::collection::vec(point(), 0..=CHECKPOINTS_PER_MESSAGE)
-            .prop_map(|points| Vec::from_slice(&points).unwrap())
-    };
-    prop_oneof![
-        list().prop_map(Checkpoints::ReplaceAll),
-        list().prop_map(Checkpoints::Append),
-        (any::<u8>(), point()).prop_map(|(index, point)| Checkpoints::ReplaceOne { index, point }),
-        Just(Checkpoints::Clear),
-    ]
-}
-
-fn from_host() -> impl Strategy<Value = FromHost> {
-    prop_oneof![
-        hello().prop_map(FromHost::Hello),
-        step().prop_map(FromHost::Step),
-        checkpoints().prop_map(FromHost::Checkpoints),
-        Just(FromHost::Arm),
-        Just(FromHost::Disarm),
-        Just(FromHost::EStop),
-    ]
-}
-
-fn outputs() -> impl Strategy<Value = Outputs> {
-    (any::<(u64, Option<u16>, u64)>(), prop::array::uniform4(finite())).prop_map(
-        |((tick, winner, state_digest), [left, right, left_mps, right_mps])| Outputs {
-            tick,
-            wheel_drive: WheelDrive { left, right },
-            wheel_speed_command: WheelSpeeds { left_mps, right_mps },
-            winner,
-            state_digest,
-        },
-    )
-}
-
-fn fault() -> impl Strategy<Value = FaultReport> {
-    let cause = prop_oneof![
-        Just(FaultCause::NotArmed),
-        Just(FaultCause::EStop),
-        any::<u32>().prop_map(|silent_ms| FaultCause::LinkSilent { silent_ms }),
-        any::<u32>().prop_map(|age_ms| FaultCause::SensorsStale { age_ms }),
-        Just(FaultCause::CommandNotFinite),
-        Just(FaultCause::CommandOutOfRange),
-        prop_oneof![Just(Wheel::Left), Just(Wheel::Right)]
-            .prop_map(|wheel| FaultCause::ServoStalled { wheel }),
-        any::<u32>().prop_map(|missed_count| FaultCause::DeadlineMissed { missed_count }),
-    ];
-    (any::<u64>(), cause, any::<bool>()).prop_map(|(tick, cause, latched)| FaultReport {
-        tick,
-        cause,
-        latched,
-    })
-}
-
-fn from_board() -> impl Strategy<Value = FromBoard> {
-    prop_oneof![
-        hello().prop_map(FromBoard::Hello),
-        outputs().prop_map(FromBoard::Outputs),
-        fault().prop_map(FromBoard::Fault),
-    ]
-}
 
 fn sent<M: Message>(message: &M) -> std::vec::Vec<u8> {
     let mut buffer = vec![0; M::MAX_BYTES];
@@ -146,7 +48,7 @@ proptest! {
     }
 
     #[test]
-    fn whatever_is_accepted_can_be_sent(bytes in prop::collection::vec(any::<u8>(), 0..160), key in 0_u8..7) {
+    fn whatever_is_accepted_can_be_sent(bytes in prop::collection::vec(any::<u8>(), 0..160), key in 0_u8..15) {
         // Most first bytes are no message: give the decoder something to chew on.
         let bytes = [&[key][..], &bytes[..]].concat();
         for end in 0..=bytes.len() {
@@ -167,120 +69,161 @@ proptest! {
     }
 }
 
-fn hello_example() -> Hello {
-    Hello {
-        protocol_version: PROTOCOL_VERSION,
-        build_id: String::try_from("0123456789abcdef0123456789abcdef01234567").unwrap(),
-        board: Board::Stm32f100,
-        scalar: ScalarKind::Fixed,
-        map_hash: Some(u64::MAX),
-        time_base: TimeBase::Lockstep,
-        epoch: u32::MAX,
-    }
-}
-
-const STEP: Step = Step {
-    tick: u64::MAX,
-    encoders: EncoderCounts { left: i32::MIN, right: i32::MIN },
-    pose_fix: Some(Pose { x_m: 1.0, y_m: -2.0, heading_rad: 0.5 }),
-    scan: Some(Scan { ranges_m: [Some(0.175); SENSORS] }),
-};
-
-const OUTPUTS: Outputs = Outputs {
-    tick: u64::MAX,
-    wheel_drive: WheelDrive { left: 0.25, right: -1.0 },
-    wheel_speed_command: WheelSpeeds { left_mps: 0.04, right_mps: -0.16 },
-    winner: Some(u16::MAX),
-    state_digest: u64::MAX,
-};
-
 /// The numbers on the wire may only grow; whoever reorders an enum breaks every board in the field.
 #[test]
 fn the_first_byte_is_the_variants_place() {
-    let checkpoints = FromHost::Checkpoints(Checkpoints::Clear);
-    let host = [
-        FromHost::Hello(hello_example()),
-        FromHost::Step(STEP),
-        checkpoints,
-        FromHost::Arm,
-        FromHost::Disarm,
-        FromHost::EStop,
+    let name = |debug: std::string::String| debug.split(['(', ' ']).next().unwrap_or_default().to_owned();
+    let mut host: std::vec::Vec<_> =
+        host_examples().iter().map(|(_, message)| (sent(message)[0], name(format!("{message:?}")))).collect();
+    host.dedup();
+    let names = [
+        "Hello",
+        "Step",
+        "Checkpoints",
+        "Arm",
+        "Disarm",
+        "EStop",
+        "Sense",
+        "Begin",
+        "Mode",
+        "Parameters",
+        "Map",
+        "Health",
+        "Telemetry",
+        "Fields",
     ];
-    let keys: std::vec::Vec<u8> = host.iter().map(|message| sent(message)[0]).collect();
-    assert_eq!(keys, [0, 1, 2, 3, 4, 5]);
-    let report = FaultReport { tick: 0, cause: FaultCause::NotArmed, latched: false };
-    let board = [FromBoard::Hello(hello_example()), FromBoard::Outputs(OUTPUTS), FromBoard::Fault(report)];
-    let keys: std::vec::Vec<u8> = board.iter().map(|message| sent(message)[0]).collect();
-    assert_eq!(keys, [0, 1, 2]);
+    let expected =
+        |names: &[&str]| (0..).zip(names.iter().map(ToString::to_string)).collect::<std::vec::Vec<_>>();
+    assert_eq!(host, expected(&names));
+
+    let mut board: std::vec::Vec<_> = board_examples()
+        .iter()
+        .map(|(_, message)| (sent(message)[0], name(format!("{message:?}"))))
+        .collect();
+    board.sort();
+    board.dedup();
+    let names = [
+        "Hello",
+        "Outputs",
+        "Fault",
+        "Done",
+        "Refused",
+        "Parameter",
+        "Map",
+        "Neurons",
+        "Health",
+        "Telemetry",
+        "Fields",
+    ];
+    assert_eq!(board, expected(&names));
 
     let one_more = |key, known| Err(DecodeError::UnknownMessage { key, known });
-    assert_eq!(from_bytes::<FromHost>(&[6]).map(|_| ()), one_more(6, 6));
-    assert_eq!(from_bytes::<FromBoard>(&[3]).map(|_| ()), one_more(3, 3));
+    assert_eq!(from_bytes::<FromHost>(&[14]).map(|_| ()), one_more(14, 14));
+    assert_eq!(from_bytes::<FromBoard>(&[11]).map(|_| ()), one_more(11, 11));
 }
 
-/// Version 1, byte by byte: change these only together with [`PROTOCOL_VERSION`].
-#[test]
-fn the_bytes_of_version_1_stay() {
-    let step = Step { tick: 300, encoders: EncoderCounts { left: -1, right: 2 }, pose_fix: None, scan: None };
-    assert_eq!(sent(&FromHost::Step(step)), [1, 0xac, 0x02, 1, 4, 0, 0]);
-    let point = Point { x_m: 1.0, y_m: -0.5 };
-    let replace = FromHost::Checkpoints(Checkpoints::ReplaceOne { index: 7, point });
-    assert_eq!(sent(&replace), [2, 2, 7, 0, 0, 0x80, 0x3f, 0, 0, 0, 0xbf]);
-    let cause = FaultCause::ServoStalled { wheel: Wheel::Right };
-    let fault = FromBoard::Fault(FaultReport { tick: 5, cause, latched: true });
-    assert_eq!(sent(&fault), [2, 5, 6, 1, 1]);
-}
-
+/// What the limits promise, reached where a message can reach it.
 #[test]
 fn the_largest_message_is_as_large_as_announced() {
-    let full = Vec::from_array([Point { x_m: 1.0, y_m: 2.0 }; CHECKPOINTS_PER_MESSAGE]);
-    let host = [
-        FromHost::Hello(hello_example()),
-        FromHost::Step(STEP),
-        FromHost::Checkpoints(Checkpoints::Append(full)),
-    ];
-    assert_eq!(host.iter().map(|message| sent(message).len()).max(), Some(FromHost::MAX_BYTES));
-    // 10 for the tick, 5 and 5 for the counts, a mark before the pose, the scan, and each range.
-    assert_eq!(sent(&host[1]).len(), 1 + 10 + 10 + 13 + 1 + SENSORS * 5);
+    let bytes = |message| sent::<FromHost>(&message).len();
+    // 3 for the version, 10 and 10 and 5 for numbers of 64 and 32 bits, a mark before each that may be absent.
+    let hello = Hello { protocol_version: u16::MAX, schema_hash: u64::MAX, ..hello_example() };
+    assert_eq!(bytes(FromHost::Hello(hello.clone())), 1 + 3 + 10 + 41 + 2 + 2 + 11 + 11 + 1 + 5);
+    // 10 for the tick, 5 and 5 for the counts, a mark before the pose, the scan, each range, and the draws.
+    assert_eq!(bytes(FromHost::Step(READINGS)), 1 + 10 + 10 + 13 + (1 + SENSORS * 5) + 9);
+    assert_eq!(bytes(FromHost::Map(MapRequest::Write(full_neurons()))), 1 + 1 + 3 + 1 + 5 * 25);
+    let largest = FromHost::Checkpoints(Checkpoints::Append(full_checkpoints()));
+    assert_eq!(bytes(largest.clone()), FromHost::MAX_BYTES);
+    assert!(host_examples().into_iter().all(|(_, message)| bytes(message) <= FromHost::MAX_BYTES));
 
-    let newest = Hello { protocol_version: u16::MAX, ..hello_example() };
-    let report =
-        FaultReport { tick: u64::MAX, cause: FaultCause::LinkSilent { silent_ms: u32::MAX }, latched: true };
-    let board = [FromBoard::Hello(newest), FromBoard::Outputs(OUTPUTS), FromBoard::Fault(report)];
-    assert_eq!(board.iter().map(|message| sent(message).len()).max(), Some(FromBoard::MAX_BYTES));
+    let bytes = |message| sent::<FromBoard>(&message).len();
+    assert_eq!(bytes(FromBoard::Hello(hello)), 1 + 3 + 10 + 41 + 2 + 2 + 11 + 11 + 1 + 5);
+    assert_eq!(bytes(FromBoard::Outputs(OUTPUTS)), 1 + 10 + 8 + 8 + 10 + 5 + 2 + 10);
+    let fields = Fields { column: 7, target: [0.5; ROWS], obstacles: [0.5; ROWS] };
+    assert_eq!(bytes(FromBoard::Fields(fields)), 1 + 1 + 2 * ROWS * 4);
+    assert_eq!(bytes(FromBoard::Neurons(full_neurons())), FromBoard::MAX_BYTES);
 
     let mut short = [0; FromHost::MAX_BYTES - 1];
     let available_bytes = short.len();
-    assert_eq!(to_slice(&host[2], &mut short), Err(EncodeError::BufferTooSmall { available_bytes }));
+    assert_eq!(to_slice(&largest, &mut short), Err(EncodeError::BufferTooSmall { available_bytes }));
 }
 
 #[test]
 fn what_is_not_finite_is_named_and_refused_on_both_sides() {
-    let with_pose = |pose| FromHost::Step(Step { pose_fix: Some(pose), ..STEP });
-    let with_range = |range| FromHost::Step(Step { scan: Some(Scan { ranges_m: [range; SENSORS] }), ..STEP });
-    let at =
-        |x_m, y_m| FromHost::Checkpoints(Checkpoints::ReplaceOne { index: 0, point: Point { x_m, y_m } });
+    fn refused<M: Message>(message: &M, field: &str) {
+        let mut buffer = [0; 140];
+        match to_slice(message, &mut buffer) {
+            Err(EncodeError::InvalidValue { field: found }) => assert_eq!(found, field),
+            other => panic!("{field}: {other:?}"),
+        }
+        let raw = postcard::to_slice(message, &mut buffer).unwrap();
+        match from_bytes::<M>(raw) {
+            Err(DecodeError::InvalidValue { field: found }) => assert_eq!(found, field),
+            other => panic!("{field}: {:?}", other.map(|_| ())),
+        }
+    }
     let nan = f32::NAN;
     let pose = Pose { x_m: 0.0, y_m: 0.0, heading_rad: 0.0 };
-    let cases = [
+    let with_pose = |pose| Readings { pose_fix: Some(pose), ..READINGS };
+    let with_range = |range| Readings { scan: Some(Scan { ranges_m: [range; SENSORS] }), ..READINGS };
+    let readings = [
         (with_pose(Pose { x_m: nan, ..pose }), "pose_fix.x_m"),
         (with_pose(Pose { y_m: f32::INFINITY, ..pose }), "pose_fix.y_m"),
         (with_pose(Pose { heading_rad: nan, ..pose }), "pose_fix.heading_rad"),
         (with_range(Some(nan)), "scan.ranges_m"),
         (with_range(Some(-0.1)), "scan.ranges_m"),
-        (at(f32::NEG_INFINITY, 0.0), "checkpoints.x_m"),
-        (at(0.0, nan), "checkpoints.y_m"),
+        (Readings { exploration: Some([0.0, nan]), ..READINGS }, "exploration"),
     ];
-    for (message, field) in cases {
-        let mut buffer = [0; FromHost::MAX_BYTES];
-        assert_eq!(to_slice(&message, &mut buffer), Err(EncodeError::InvalidValue { field }));
-        let raw = postcard::to_slice(&message, &mut buffer).unwrap();
-        assert_eq!(from_bytes::<FromHost>(raw), Err(DecodeError::InvalidValue { field }));
+    for (readings, field) in readings {
+        refused(&FromHost::Step(readings), field);
+        refused(&FromHost::Sense(readings), field);
     }
-    let outputs =
-        FromBoard::Outputs(Outputs { wheel_drive: WheelDrive { left: 0.0, right: nan }, ..OUTPUTS });
-    let field = "wheel_drive.right";
-    assert_eq!(to_slice(&outputs, &mut [0; 99]), Err(EncodeError::InvalidValue { field }));
+    let at =
+        |x_m, y_m| FromHost::Checkpoints(Checkpoints::ReplaceOne { index: 0, point: Point { x_m, y_m } });
+    refused(&at(f32::NEG_INFINITY, 0.0), "checkpoints.x_m");
+    refused(&at(0.0, nan), "checkpoints.y_m");
+    let mut points = full_checkpoints();
+    points[15].y_m = nan;
+    refused(&FromHost::Checkpoints(Checkpoints::ReplaceAll(points)), "checkpoints.y_m");
+    let value = ParameterValue { index: 0, value: f32::INFINITY };
+    refused(&FromHost::Parameters(Parameters::Set(value)), "parameter.value");
+    refused(&FromBoard::Parameter(value), "parameter.value");
+    let mut neurons: Neurons = full_neurons();
+    neurons.neurons[4].right[1] = nan;
+    let field = "right[1]";
+    refused(&FromHost::Map(MapRequest::Write(neurons.clone())), field);
+    refused(&FromBoard::Neurons(neurons), field);
+
+    let drive =
+        |left, right| FromBoard::Outputs(Outputs { wheel_drive: WheelDrive { left, right }, ..OUTPUTS });
+    refused(&drive(nan, 0.0), "wheel_drive.left");
+    refused(&drive(0.0, nan), "wheel_drive.right");
+    let mut fields = Fields { column: 0, target: [0.0; ROWS], obstacles: [0.0; ROWS] };
+    fields.obstacles[14] = nan;
+    refused(&FromBoard::Fields(fields), "fields.obstacles");
+    fields.target[0] = nan;
+    refused(&FromBoard::Fields(fields), "fields.target");
+    for (name, message) in board_examples() {
+        let FromBoard::Telemetry(telemetry) = message else { continue };
+        let mut activity = telemetry;
+        activity.activity = nan;
+        refused(&FromBoard::Telemetry(activity), "telemetry.activity");
+        let mut target = telemetry;
+        let Some(place) = &mut target.target else { continue };
+        place.distance_m = nan;
+        refused(&FromBoard::Telemetry(target), "telemetry.target.distance_m");
+        assert_eq!(name, "telemetry");
+    }
+}
+
+/// One message, one encoding: an integer in more bytes than it needs would be a second one.
+#[test]
+fn padded_integers_are_refused() {
+    let step = [1, 0, 0, 0, 0, 0, 0];
+    assert!(from_bytes::<FromHost>(&step).is_ok());
+    let padded = Err(DecodeError::Malformed { what: "an integer takes more bytes than it needs" });
+    assert_eq!(from_bytes::<FromHost>(&[1, 0x80, 0, 0, 0, 0, 0, 0]), padded);
+    assert_eq!(from_bytes::<FromHost>(&[10, 0x81, 0, 5]), padded);
 }
 
 #[test]
@@ -290,11 +233,13 @@ fn malformed_fields_are_told_apart() {
         other => panic!("{other:?}"),
     };
     assert_eq!(what(&[1, 0, 0, 0, 2]), "the mark of an optional field is neither 0 nor 1");
-    assert_eq!(what(&[0, 1, 2, 0xff, 0xff, 0, 0, 0, 0, 0]), "a text is not UTF-8");
+    assert_eq!(what(&[0, 1, 0, 2, 0xff, 0xff, 0, 0, 0, 0, 0, 0]), "a text is not UTF-8");
     assert_eq!(what(&[0, 0xff, 0xff, 0xff, 0xff]), "an integer is larger than its type");
     let limit = "an unknown variant, or a list or text longer than its limit";
     assert_eq!(what(&[2, 9]), limit);
     assert_eq!(what(&[&[2, 0, 17][..], &[0; 17 * 8]].concat()), limit);
+    assert_eq!(what(&[8, 3]), limit);
+    assert_eq!(what(&[&[10, 2, 0, 6][..], &[0; 6 * 25]].concat()), limit);
     let fault = from_bytes::<FromBoard>(&[2, 0, 0, 2]);
     assert_eq!(fault, Err(DecodeError::Malformed { what: "a truth value is neither 0 nor 1" }));
 }
@@ -311,18 +256,29 @@ fn two_ends_that_do_not_fit_are_named() {
     assert_eq!(with(|hello| hello.epoch = 3), Ok(()));
     assert_eq!(with(|hello| hello.build_id.clear()), Ok(()));
     assert_eq!(with(|hello| hello.map_hash = None), Ok(()));
+    assert_eq!(with(|hello| hello.parameters_hash = None), Ok(()));
+    assert_eq!(with(|hello| hello.board = None), Ok(()));
+    assert_eq!(with(|hello| hello.scalar = None), Ok(()));
     assert_eq!(
-        with(|hello| hello.protocol_version = 2),
-        Err(Mismatch::ProtocolVersion { ours: 1, theirs: 2 })
+        with(|hello| (hello.protocol_version, hello.schema_hash) = (1, 0)),
+        Err(Mismatch::ProtocolVersion { ours: PROTOCOL_VERSION, theirs: 1 })
     );
     assert_eq!(
-        with(|hello| hello.board = Board::Stub),
+        with(|hello| hello.schema_hash = 1),
+        Err(Mismatch::Schema { ours: ours.schema_hash, theirs: 1 })
+    );
+    assert_eq!(
+        with(|hello| hello.board = Some(Board::Stub)),
         Err(Mismatch::Board { ours: Board::Stm32f100, theirs: Board::Stub })
     );
-    let scalar = with(|hello| hello.scalar = ScalarKind::F32).unwrap_err();
+    let scalar = with(|hello| hello.scalar = Some(ScalarKind::F32)).unwrap_err();
     assert_eq!(scalar, Mismatch::Scalar { ours: ScalarKind::Fixed, theirs: ScalarKind::F32 });
     assert_eq!(scalar.to_string(), "scalar f32 on the other side, fixed on this");
     assert_eq!(with(|hello| hello.map_hash = Some(1)), Err(Mismatch::MapHash { ours: u64::MAX, theirs: 1 }));
+    assert_eq!(
+        with(|hello| hello.parameters_hash = Some(1)),
+        Err(Mismatch::ParametersHash { ours: u64::MAX, theirs: 1 })
+    );
     assert_eq!(
         with(|hello| hello.time_base = TimeBase::RealTime),
         Err(Mismatch::TimeBase { ours: TimeBase::Lockstep, theirs: TimeBase::RealTime })

@@ -108,7 +108,11 @@ fn is_zero<S: Scalar>(drive: WheelDrive<S>) -> bool {
 }
 
 fn fields_stand_until_renewed<S: Scalar>() {
-    let mut rig = Rig::<S>::new(&Config::default(), &[(0.9, 0.4)]);
+    let mut config = Config::default();
+    // Wide enough that an obstacle nearer by a millimetre shows in 16-bit sums, whichever neurons are near it.
+    config.cooperative.obstacle_bearing_sigma_rad = 0.21;
+    config.cooperative.obstacle_front_sigma_m = 0.035;
+    let mut rig = Rig::<S>::new(&config, &[(0.9, 0.4)]);
     let (mut target, mut obstacles) = (None, None);
     let (mut targets, mut fields) = (0, 0);
     for tick in 0..2048_u64 {

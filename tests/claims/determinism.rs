@@ -10,13 +10,12 @@
 
 use controller_core::config::Config;
 use controller_core::controller::{Inputs, Mode, Outputs};
-use controller_core::planning::checkpoint::CheckpointError;
 use controller_core::scalar::Scalar;
 use controller_core::schedule::{Schedule, Tick};
 use controller_core::units::Point;
 use host_sim::mission::{self, MissionOptions, config_for};
 use host_sim::scenario::Scenario;
-use host_sim::sil::{ControllerPort, HostMap, Sil};
+use host_sim::sil::{Answer, ControllerPort, HostMap, Sil};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use tests::for_each_scalar;
 use tests::learning::{Indirect, trained};
@@ -32,7 +31,9 @@ struct Canary<C> {
 }
 
 impl<C: ControllerPort> ControllerPort for Canary<C> {
-    fn step(&mut self, now: Tick, inputs: &Inputs<f32, 12>) -> Outputs<f32> {
+    type Error = C::Error;
+
+    fn step(&mut self, now: Tick, inputs: &Inputs<f32, 12>) -> Result<Outputs<f32>, C::Error> {
         let mut inputs = *inputs;
         if now == self.at {
             inputs.encoders.left += 1;
@@ -44,19 +45,19 @@ impl<C: ControllerPort> ControllerPort for Canary<C> {
         self.inner.schedule()
     }
 
-    fn set_mode(&mut self, mode: Mode, now: Tick) {
-        self.inner.set_mode(mode, now);
+    fn set_mode(&mut self, mode: Mode, now: Tick) -> Result<(), C::Error> {
+        self.inner.set_mode(mode, now)
     }
 
-    fn arm(&mut self) {
-        self.inner.arm();
+    fn arm(&mut self) -> Result<(), C::Error> {
+        self.inner.arm()
     }
 
-    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<(), CheckpointError> {
+    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, C::Error> {
         self.inner.set_checkpoints(checkpoints)
     }
 
-    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<(), CheckpointError> {
+    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, C::Error> {
         self.inner.replace_checkpoint(number, checkpoint)
     }
 

@@ -19,6 +19,7 @@ use controller_core::config::Config;
 use controller_core::kohonen::output::Output;
 use controller_core::scalar::Scalar;
 use host_sim::positioning::summarise;
+use host_sim::sil::Sil;
 use host_sim::simulation::PAPERS;
 use host_sim::training::{Training, TrainingPlan};
 use host_sim::world::World;
@@ -38,10 +39,10 @@ fn errors_mm<S: Scalar, O: Output<S>>() -> [Vec<f64>; TESTED_AT.len()] {
     let mut errors = [const { Vec::new() }; TESTED_AT.len()];
     for seed in TRIALS {
         let plan = TrainingPlan { seed, ..TrainingPlan::default() };
-        let mut training = Training::<S, O>::new(&Config::default(), plan, &PAPERS, &world).unwrap();
+        let mut training = Training::<Sil<S, O>>::new(&Config::default(), plan, &PAPERS, &world).unwrap();
         let mut trained = 0;
         for (steps, errors) in TESTED_AT.into_iter().zip(&mut errors) {
-            training.run(steps - trained);
+            let Ok(()) = training.run(steps - trained);
             trained = steps;
             let summary = summarise(&positioning(training.controller().controller.map(), seed));
             errors.push(summary.mean_error_m * 1000.0);

@@ -1,10 +1,13 @@
 //! P2 Eq. 1–10 in `f64`, written from the papers' equations and not from the core.
 //!
-//! The core's additions (swept path, memory, detour, the target's own place as a candidate) are not here; it is the
-//! literal form. Where the papers leave something open, the meaning is the core's documented one: A(α) admits neurons
-//! up to a tolerance beyond the closest bearing, and distances are measured in units of the reach.
+//! The core's additions (swept path, memory, detour) are not here; it is the literal form. Where the papers leave
+//! something open, the meaning is the core's documented one: A(α) admits neurons up to a tolerance beyond the closest
+//! bearing, and distances are measured in units of the reach.
 
 use core::f64::consts::{FRAC_PI_2, PI};
+
+/// As the core's, a choice of ours: so far beyond ±90° a bearing still counts as ahead.
+const STRAIGHT_ASIDE_RAD: f64 = 1e-3;
 
 /// A place: bearing in rad, distance in units of the reach (negative: behind, see
 /// `controller_core::kohonen::features`).
@@ -80,10 +83,10 @@ impl Place {
         }
     }
 
-    /// Whether it is ahead, where the map's chart and the full circle agree.
+    /// Whether it is ahead, where the map's chart and the full circle agree; straight aside is.
     #[must_use]
     pub fn is_ahead(self) -> bool {
-        self.bearing.abs() <= FRAC_PI_2
+        self.bearing.abs() <= FRAC_PI_2 + STRAIGHT_ASIDE_RAD
     }
 }
 

@@ -5,7 +5,7 @@ use controller_core::kohonen::output::{MotorVector, Output};
 use controller_core::scalar::Scalar;
 use host_sim::positioning::{PositioningPlan, TargetResult, positioning_test};
 use host_sim::scenario::NoiseLevels;
-use host_sim::sil::HostMap;
+use host_sim::sil::{HostMap, Sil};
 use host_sim::simulation::PAPERS;
 use host_sim::training::{Training, TrainingPlan};
 use host_sim::world::World;
@@ -32,8 +32,8 @@ pub fn trained_under<S: Scalar, O: Output<S>>(
     let world = World::default();
     let plan = TrainingPlan { seed, ..TrainingPlan::default() };
     let mut training =
-        Training::<S, O>::new(config, plan, noise, &world).expect("the configuration is valid");
-    training.run(steps);
+        Training::<Sil<S, O>>::new(config, plan, noise, &world).expect("the configuration is valid");
+    let Ok(()) = training.run(steps);
     training.controller().controller.map().clone()
 }
 

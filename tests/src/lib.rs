@@ -16,6 +16,8 @@ pub mod statistics;
 
 pub mod missions;
 
+pub mod wire;
+
 /// Makes two tests of each generic function `name::<S>()`: `name::f32` and `name::fixed`.
 #[macro_export]
 macro_rules! for_each_scalar {

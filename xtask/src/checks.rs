@@ -11,8 +11,11 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::time::Instant;
 
+use crate::budget;
 use crate::command;
 use crate::doctor::{self, TARGETS};
+use crate::firmware::{self, BOARDS};
+use crate::pil;
 use crate::tidy;
 
 /// What is built for the host; the same selection each time, so that features and with them builds are shared.
@@ -50,7 +53,7 @@ impl From<Result<(), String>> for Outcome {
 }
 
 /// Quick and telling first.
-const STEPS: [Step; 8] = [
+const STEPS: [Step; 10] = [
     Step { name: "doctor", run: |context| doctor::provide(context.root).into() },
     Step { name: "format", run: |context| context.cargo(&["fmt", "--all", "--check"]).into() },
     Step { name: "tidy", run: |context| tidy_files(context.root).into() },
@@ -58,6 +61,8 @@ const STEPS: [Step; 8] = [
     Step { name: "docs", run: |context| context.unless_quick(docs) },
     Step { name: "embedded", run: |context| context.unless_quick(embedded) },
     Step { name: "tests", run: |context| tests(context).into() },
+    Step { name: "budget", run: |context| context.unless_quick(|context| budget::run(context.root)) },
+    Step { name: "pil", run: |context| context.unless_quick(|context| pil::run(context.root, false)) },
     Step { name: "unchanged", run: unchanged },
 ];
 
@@ -141,7 +146,9 @@ fn clippy(context: &Context) -> Result<(), String> {
         return Ok(());
     }
     need_targets()?;
-    context.cargo(&[&["clippy", "-p", "firmware"][..], &for_boards(), &strict].concat())
+    // Its profile, so that what is checked is built again by nobody.
+    context
+        .cargo(&[&["clippy", "--profile", "firmware", "-p", "firmware"][..], &for_boards(), &strict].concat())
 }
 
 fn docs(context: &Context) -> Result<(), String> {
@@ -163,7 +170,7 @@ fn embedded(context: &Context) -> Result<(), String> {
         build(&["-p", "controller_core", "--no-default-features", "--features", features])?;
     }
     build(&["-p", "protocol"])?;
-    build(&["-p", "firmware"])
+    firmware::build_and_tell(context.root, &BOARDS)
 }
 
 fn tests(context: &Context) -> Result<(), String> {

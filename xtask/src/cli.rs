@@ -1,13 +1,19 @@
 //! What was asked for on the command line.
 
+use crate::firmware::{BOARDS, Board};
+
 const HELP: &str = "\
-cargo xtask: checks this repository and says what it needs.
+cargo xtask: checks this repository, builds its firmware, and says what it needs.
 
 Usage: cargo xtask <COMMAND> [OPTIONS]
 
 Commands:
   test     Everything that CI checks: tools, format, tidiness, clippy, docs, embedded builds, tests
   doctor   What is present, what is missing, and how to get it; changes nothing
+  firmware Build the images for the boards
+  flash    Put the image on a board behind a debug probe, and show its log
+  pil      Run the firmware in the emulator against the simulator, bit for bit
+  budget   Flash, RAM, stack and instructions of the firmware, against their limits
 
 Options:
   -h, --help   This text; after a command, that command's
@@ -21,17 +27,61 @@ Runs everything that CI checks and ends with a table. All steps run, whatever fa
 Usage: cargo xtask test [--quick]
 
 Steps:
-  doctor     clippy, rustfmt and the embedded targets; what is missing is asked from rustup
+  doctor     clippy, rustfmt, the embedded targets and QEMU; what is missing is installed where that needs no question
   format     cargo fmt --check
   tidy       the repository's own rules: line length, leftovers, licences, links
   clippy     no warning, on the host and for the boards
   docs       no warning in the documentation
   embedded   controller_core with every set of features, protocol and firmware, for both boards
   tests      all tests and doctests on the host
+  budget     flash, RAM, stack and instructions of the firmware
+  pil        the firmware in the emulator
   unchanged  in CI only (CI is set): the run changed no file under version control
 
 Options:
   --quick      Leave out docs, embedded and the boards' clippy: for use while editing, not before a commit
+  -h, --help   This text
+";
+
+const HELP_FIRMWARE: &str = "\
+Builds the firmware and says where the images are and what they take.
+
+Usage: cargo xtask firmware [BOARD]
+
+  BOARD        stm32f405 or stm32f100; both, if none is named
+
+Options:
+  -h, --help   This text
+";
+
+const HELP_FLASH: &str = "\
+Builds the firmware, puts it on a board that is connected through a debug probe, and shows its log (probe-rs).
+
+Usage: cargo xtask flash <BOARD>
+
+  BOARD        stm32f405 or stm32f100
+
+Options:
+  -h, --help   This text
+";
+
+const HELP_PIL: &str = "\
+Builds the firmware and runs it in QEMU against the simulator: whole missions, tick by tick the same bits as in the
+simulator alone, over both ways of the link, and in real time.
+
+Usage: cargo xtask pil [--long]
+
+Options:
+  --long       Also what takes minutes: learning on the emulated board
+  -h, --help   This text
+";
+
+const HELP_BUDGET: &str = "\
+Measures flash, RAM, stack and instructions of the firmware, and compares them with firmware/budgets.toml.
+
+Usage: cargo xtask budget
+
+Options:
   -h, --help   This text
 ";
 
@@ -58,39 +108,81 @@ pub enum Asked {
     },
     /// Say what is missing.
     Doctor,
+    /// Build the firmware, of all boards or of one.
+    Firmware {
+        /// Which one.
+        board: Option<Board>,
+    },
+    /// Put the firmware on a board.
+    Flash {
+        /// Which.
+        board: Board,
+    },
+    /// Run the firmware's tests in the emulator.
+    Pil {
+        /// Also those that take minutes.
+        long: bool,
+    },
+    /// Compare what the firmware takes with its limits.
+    Budget,
 }
 
 /// Reads the arguments after the program's name; an error is a sentence that says what to type instead.
 pub fn parse(arguments: &[String]) -> Result<Asked, String> {
     let mut words = arguments.iter().map(String::as_str);
     let command = words.next().ok_or("no command: try `cargo xtask test`, or `cargo xtask --help`")?;
-    let (mut asked, help) = match command {
-        "test" => (Asked::Test { quick: false }, HELP_TEST),
-        "doctor" => (Asked::Doctor, HELP_DOCTOR),
-        "help" | "--help" | "-h" => (Asked::Help(HELP), HELP),
+    let rest: Vec<&str> = words.collect();
+    let help = match command {
+        "test" => HELP_TEST,
+        "doctor" => HELP_DOCTOR,
+        "firmware" => HELP_FIRMWARE,
+        "flash" => HELP_FLASH,
+        "pil" => HELP_PIL,
+        "budget" => HELP_BUDGET,
+        "help" | "--help" | "-h" => return Ok(Asked::Help(HELP)),
         option if option.starts_with('-') => {
             return Err(format!("unknown option `{option}`: see `cargo xtask --help`"));
         }
-        other => return Err(format!("unknown command `{other}`: there are `test` and `doctor`")),
+        other => {
+            return Err(format!(
+                "unknown command `{other}`: there are `test`, `doctor`, `firmware`, `flash`, `pil` and `budget`"
+            ));
+        }
     };
-    for word in words {
-        asked = match (word, asked) {
-            ("--help" | "-h", _) => return Ok(Asked::Help(help)),
-            ("--quick", Asked::Test { .. }) => Asked::Test { quick: true },
-            _ => {
-                let kind = if word.starts_with('-') { "option" } else { "argument" };
-                return Err(format!(
-                    "unknown {kind} `{word}` of `{command}`: see `cargo xtask {command} --help`"
-                ));
-            }
-        };
+    if rest.iter().any(|word| matches!(*word, "--help" | "-h")) {
+        return Ok(Asked::Help(help));
     }
-    Ok(asked)
+    let unknown = |word: &str| {
+        let kind = if word.starts_with('-') { "option" } else { "argument" };
+        format!("unknown {kind} `{word}` of `{command}`: see `cargo xtask {command} --help`")
+    };
+    let board = |name: &str| {
+        let boards = BOARDS.map(|board| format!("`{}`", board.name)).join(" and ");
+        Board::named(name).ok_or_else(|| format!("unknown board `{name}`: there are {boards}"))
+    };
+    match (command, &rest[..]) {
+        ("test", []) => Ok(Asked::Test { quick: false }),
+        ("test", ["--quick"]) => Ok(Asked::Test { quick: true }),
+        ("doctor", []) => Ok(Asked::Doctor),
+        ("firmware", []) => Ok(Asked::Firmware { board: None }),
+        ("firmware", [name]) if !name.starts_with('-') => Ok(Asked::Firmware { board: Some(board(name)?) }),
+        ("flash", [name]) if !name.starts_with('-') => Ok(Asked::Flash { board: board(name)? }),
+        ("flash", []) => Err("`flash` needs a board: see `cargo xtask flash --help`".to_owned()),
+        ("pil", []) => Ok(Asked::Pil { long: false }),
+        ("pil", ["--long"]) => Ok(Asked::Pil { long: true }),
+        ("budget", []) => Ok(Asked::Budget),
+        ("test", ["--quick", word, ..])
+        | ("pil", ["--long", word, ..])
+        | ("firmware" | "flash", [_, word, ..])
+        | (_, [word, ..]) => Err(unknown(word)),
+        (_, []) => Err(format!("see `cargo xtask {command} --help`")),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::{Asked, HELP, HELP_DOCTOR, HELP_TEST, parse};
+    use crate::firmware::Board;
 
     fn parsed(line: &str) -> Result<Asked, String> {
         parse(&line.split_whitespace().map(String::from).collect::<Vec<_>>())
@@ -104,6 +196,12 @@ mod tests {
         assert_eq!(parsed("--help"), Ok(Asked::Help(HELP)));
         assert_eq!(parsed("test --quick --help"), Ok(Asked::Help(HELP_TEST)));
         assert_eq!(parsed("doctor -h"), Ok(Asked::Help(HELP_DOCTOR)));
+        let board = Board::named("stm32f100");
+        assert_eq!(parsed("firmware"), Ok(Asked::Firmware { board: None }));
+        assert_eq!(parsed("firmware stm32f100"), Ok(Asked::Firmware { board }));
+        assert_eq!(parsed("flash stm32f100"), Ok(Asked::Flash { board: board.unwrap() }));
+        assert_eq!(parsed("pil --long"), Ok(Asked::Pil { long: true }));
+        assert_eq!(parsed("budget"), Ok(Asked::Budget));
     }
 
     #[test]
@@ -115,6 +213,10 @@ mod tests {
             ("test --fast", "unknown option `--fast` of `test`"),
             ("test quick", "unknown argument `quick` of `test`"),
             ("doctor --quick", "unknown option `--quick` of `doctor`"),
+            ("firmware stm32", "unknown board `stm32`: there are `stm32f405` and `stm32f100`"),
+            ("firmware stm32f405 x", "unknown argument `x` of `firmware`"),
+            ("flash", "`flash` needs a board"),
+            ("pil --quick", "unknown option `--quick` of `pil`"),
         ] {
             let message = parsed(line).unwrap_err();
             assert!(message.contains(named), "{line}: {message}");

@@ -2,7 +2,7 @@
 
 use std::env;
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 /// Cargo: the one that runs us, so that both build with the same toolchain.
@@ -29,6 +29,27 @@ pub fn run(
         .status()
         .map_err(|error| format!("`{line}` could not be started: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("`{line}` failed ({status})")) }
+}
+
+/// The folder that cargo builds in.
+pub fn target_folder(root: &Path) -> PathBuf {
+    env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(folder))
+}
+
+/// What a program prints, whatever its exit status; its errors go where ours go.
+pub fn output_in(folder: &Path, program: &OsString, arguments: &[&str]) -> Result<String, String> {
+    let line = format!("{} {}", program.to_string_lossy(), arguments.join(" "));
+    let output = Command::new(program)
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|error| format!("`{line}` could not be started: {error}"))?;
+    if !output.status.success() {
+        return Err(format!("`{line}` failed ({})", output.status));
+    }
+    String::from_utf8(output.stdout).map_err(|error| format!("`{line}`: {error}"))
 }
 
 /// What a program prints; `None` where it is missing or fails.

@@ -1,7 +1,8 @@
 //! What must be installed to build and check this repository: what is there, what is missing, how to get it.
 //!
 //! `rust-toolchain.toml` lists components, yet rustup may be told not to install on its own (`RUSTUP_AUTO_INSTALL=0`)
-//! and then ignores the list without a word. So `cargo xtask test` asks rustup by name, and looks again.
+//! and then ignores the list without a word. So `cargo xtask test` asks rustup by name, asks Debian's packages for the emulator where
+//! it may, and looks again.
 
 use std::ffi::OsString;
 use std::fs;
@@ -21,14 +22,20 @@ enum Need {
     Component(&'static str),
     /// The standard library of a target.
     Target(&'static str),
+    /// The emulator of the boards.
+    Qemu,
 }
 
-const NEEDS: [Need; 5] = [
+/// What runs the firmware images where there is no board.
+pub const QEMU: &str = "qemu-system-arm";
+
+const NEEDS: [Need; 6] = [
     Need::Compiler,
     Need::Component("clippy"),
     Need::Component("rustfmt"),
     Need::Target(TARGETS[0]),
     Need::Target(TARGETS[1]),
+    Need::Qemu,
 ];
 
 impl Need {
@@ -36,6 +43,7 @@ impl Need {
         match self {
             Self::Compiler => "rustc",
             Self::Component(name) | Self::Target(name) => name,
+            Self::Qemu => QEMU,
         }
     }
 
@@ -49,15 +57,25 @@ impl Need {
                 let folder = command::output("rustc", &["--print", "target-libdir", "--target", target])?;
                 holds_core(Path::new(&folder)).then(|| "installed".to_owned())
             }
+            Self::Qemu => {
+                let version = command::output(QEMU, &["--version"])?;
+                version.lines().next().map(str::to_owned)
+            }
         }
     }
 
-    /// How rustup is asked for it; the compiler is not asked for: without it nobody would read this.
-    fn rustup_arguments(self) -> Option<[&'static str; 3]> {
+    /// The commands that install it, one after the other; none for what cannot be had so. The compiler is not asked
+    /// for: without it nobody would read this.
+    fn installation(self) -> Vec<Vec<&'static str>> {
         match self {
-            Self::Compiler => None,
-            Self::Component(name) => Some(["component", "add", name]),
-            Self::Target(name) => Some(["target", "add", name]),
+            Self::Compiler => Vec::new(),
+            Self::Component(name) => vec![vec!["rustup", "component", "add", name]],
+            Self::Target(name) => vec![vec!["rustup", "target", "add", name]],
+            Self::Qemu => {
+                let Some(apt) = apt_get() else { return Vec::new() };
+                let install = ["install", "--yes", "--no-install-recommends", QEMU];
+                vec![[&apt[..], &["update"]].concat(), [&apt[..], &install].concat()]
+            }
         }
     }
 
@@ -74,8 +92,21 @@ impl Need {
                  /usr/bin/cargo build --release -Zbuild-std=core,panic_abort --target {name} -p firmware`; \
                  `cargo xtask test` itself needs the target installed"
             ),
+            Self::Qemu => "on Debian and Ubuntu `apt-get install qemu-system-arm`, on Fedora `dnf install \
+                           qemu-system-arm`, with Homebrew `brew install qemu`; version 7.2 is the oldest tried"
+                .to_owned(),
         }
     }
+}
+
+/// How to call Debian's package manager without a question: as root, or where sudo asks for no password.
+fn apt_get() -> Option<Vec<&'static str>> {
+    command::output("apt-get", &["--version"])?;
+    if command::output("id", &["-u"])? == "0" {
+        return Some(vec!["apt-get"]);
+    }
+    command::output("sudo", &["--non-interactive", "true"])
+        .map(|_| vec!["sudo", "--non-interactive", "apt-get"])
 }
 
 /// Whether a folder of target libraries holds `core`: it is the one every target has.
@@ -92,13 +123,12 @@ pub fn missing_targets() -> Vec<String> {
 
 /// In a few words; the remedy in full is what [`report`] prints.
 fn complaint(need: Need) -> String {
-    let name = need.name();
-    match need.rustup_arguments() {
-        Some(arguments) => {
-            format!("{name} is missing: `rustup {}`, or see `cargo xtask doctor`", arguments.join(" "))
-        }
-        None => format!("{name} is missing: {}", need.remedy()),
-    }
+    format!("{} is missing: {}", need.name(), need.remedy())
+}
+
+/// The emulator's complaint, where it is missing.
+pub fn missing_qemu() -> Option<String> {
+    Need::Qemu.found().is_none().then(|| complaint(Need::Qemu))
 }
 
 /// What is there and what is missing, for people to read; and whether nothing is.
@@ -122,16 +152,17 @@ pub fn report() -> (String, bool) {
     (text, complete)
 }
 
-/// The first step of `cargo xtask test`: as [`report`], but asks rustup for what is missing.
+/// The first step of `cargo xtask test`: as [`report`], but installs what is missing.
 pub fn provide(root: &Path) -> Result<(), String> {
     for need in NEEDS {
         if need.found().is_some() {
             continue;
         }
-        if let Some(arguments) = need.rustup_arguments() {
-            println!("{} is missing: asking rustup for it", need.name());
+        println!("{} is missing: trying to install it", need.name());
+        for line in need.installation() {
+            let Some((program, arguments)) = line.split_first() else { continue };
             // Whether it helped is seen below, by looking again.
-            if let Err(message) = command::run(root, &OsString::from("rustup"), &arguments, &[]) {
+            if let Err(message) = command::run(root, &OsString::from(program), arguments, &[]) {
                 println!("{message}");
             }
         }
@@ -151,11 +182,12 @@ mod tests {
     fn every_complaint_names_the_thing_and_a_command() {
         for need in NEEDS {
             let said = complaint(need);
-            assert!(said.contains(need.name()) && said.contains("rustup"), "{said}");
+            assert!(said.contains(need.name()), "{said}");
+            assert!(said.contains("rustup") || said.contains("apt-get install"), "{said}");
         }
         assert!(Need::Target(TARGETS[1]).remedy().contains("-Zbuild-std=core,panic_abort"));
-        assert_eq!(Need::Component("clippy").rustup_arguments(), Some(["component", "add", "clippy"]));
-        assert_eq!(Need::Target("t").rustup_arguments(), Some(["target", "add", "t"]));
+        assert_eq!(Need::Component("clippy").installation(), [["rustup", "component", "add", "clippy"]]);
+        assert_eq!(Need::Target("t").installation(), [["rustup", "target", "add", "t"]]);
     }
 
     #[test]

@@ -3,19 +3,26 @@
 //! * [`cli`]: what was asked for
 //! * [`doctor`]: what is present, what is missing, how to get it
 //! * [`checks`]: `cargo xtask test`, step by step
+//! * [`firmware`]: the images for the boards; [`image`] reads their sizes
+//! * [`pil`]: the firmware's tests in the emulator
+//! * [`budget`]: what the firmware takes, against what it may take
 //! * [`tidy`]: the repository's own rules about its files
 //!
-//! The standard library is enough: this crate is built before anything else is checked.
+//! It has few dependencies, since it is built before anything else is checked.
 
 use std::env;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+mod budget;
 mod checks;
 mod cli;
 mod command;
 mod doctor;
+mod firmware;
+mod image;
+mod pil;
 mod tidy;
 
 /// A check failed.
@@ -37,10 +44,25 @@ fn main() -> ExitCode {
         cli::Asked::Help(text) => (text.to_owned(), true),
         cli::Asked::Test { quick } => (String::new(), checks::run(&root(), quick)),
         cli::Asked::Doctor => doctor::report(),
+        cli::Asked::Firmware { board } => {
+            let boards = board.map_or_else(|| firmware::BOARDS.to_vec(), |board| vec![board]);
+            told(firmware::build_and_tell(&root(), &boards))
+        }
+        cli::Asked::Flash { board } => told(firmware::flash(&root(), board)),
+        cli::Asked::Pil { long } => told(pil::run(&root(), long)),
+        cli::Asked::Budget => told(budget::run(&root())),
     };
     // Where nobody reads on (`| head`), there is nobody to tell.
     let _ = io::stdout().write_all(text.as_bytes());
     if passed { ExitCode::SUCCESS } else { ExitCode::from(FAILED) }
+}
+
+/// An error is told where errors go.
+fn told(result: Result<(), String>) -> (String, bool) {
+    if let Err(message) = &result {
+        eprintln!("error: {message}");
+    }
+    (String::new(), result.is_ok())
 }
 
 /// The repository: the folder above this crate's. Cargo says where that is now; the compiler, where it was.

@@ -19,6 +19,9 @@ use crate::units::{Polar, WheelSpeeds, angle_between, wrap};
 /// ahead.
 pub const BEHIND_SHARE: f32 = 0.25;
 
+/// How far beyond ±90° a bearing still counts as ahead: far above the rounding of either scalar.
+const STRAIGHT_ASIDE_RAD: f32 = 1e-3;
+
 /// A place in the coordinates of the map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Features<S> {
@@ -40,9 +43,12 @@ impl<S: Scalar> Features<S> {
     }
 
     /// The same place with a bearing within ±90° and a signed distance, as the map holds it.
+    ///
+    /// Straight aside is ahead: a sensor looks there, and rounding must not put the obstacle it sees on the right behind
+    /// and the one on the left ahead.
     #[must_use]
     pub fn folded(self) -> Self {
-        if self.bearing.abs() > S::PI * S::HALF {
+        if self.bearing.abs() > S::PI * S::HALF + S::from_f32(STRAIGHT_ASIDE_RAD) {
             Self { bearing: wrap(self.bearing + S::PI), distance: -self.distance }
         } else {
             self

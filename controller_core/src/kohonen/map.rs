@@ -43,6 +43,27 @@ pub enum Eligible {
     Trained,
 }
 
+/// The least and the largest bearing of the eligible neurons of each column.
+#[derive(Clone, Copy, Debug)]
+pub struct Spans<S, const COLUMNS: usize> {
+    eligible: Eligible,
+    of_column: [Option<(S, S)>; COLUMNS],
+}
+
+impl<S: Scalar, const COLUMNS: usize> Spans<S, COLUMNS> {
+    /// A bound: no eligible neuron of the column has a bearing that differs by less from this one. `None` for a column
+    /// without any, 0 where the way round the back might be shorter.
+    ///
+    /// Safe to the last bit: a rounded difference never falls when what it is taken from rises.
+    #[must_use]
+    pub fn nearest(&self, column: usize, bearing: S) -> Option<S> {
+        let (least, most) = self.of_column.get(column).copied().flatten()?;
+        let (above, below) = (bearing - most, bearing - least);
+        let goes_round = above < -S::PI || below >= S::PI;
+        Some(if goes_round { S::ZERO } else { above.max(-below).max(S::ZERO) })
+    }
+}
+
 /// The map: `COLUMNS` bearings × `ROWS` distances; all static, no heap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Map<S: Scalar, O, const COLUMNS: usize, const ROWS: usize> {
@@ -135,19 +156,37 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
 
     /// All eligible neurons with their index and weight, column by column.
     pub fn places(&self, eligible: Eligible) -> impl Iterator<Item = (NeuronIndex, Features<S>)> + '_ {
-        self.neurons.iter().zip(&self.won).enumerate().flat_map(move |(column, (neurons, won))| {
-            neurons
-                .iter()
-                .enumerate()
-                .filter(move |(row, _)| eligible == Eligible::All || won >> row & 1 == 1)
-                .map(move |(row, neuron)| {
-                    let place = Features {
-                        bearing: S::from_weight(neuron.bearing),
-                        distance: S::from_weight(neuron.distance),
-                    };
-                    (NeuronIndex::new(column, row), place)
-                })
+        (0..COLUMNS).flat_map(move |column| self.column_places(column, eligible))
+    }
+
+    /// The eligible neurons of one column with their index and weight; none beyond the last column.
+    pub fn column_places(
+        &self,
+        column: usize,
+        eligible: Eligible,
+    ) -> impl Iterator<Item = (NeuronIndex, Features<S>)> + '_ {
+        let won = self.won.get(column).copied().unwrap_or_default();
+        let neurons = self.neurons.get(column).map_or(&[][..], |neurons| &neurons[..]);
+        let eligible = move |row: usize| eligible == Eligible::All || won >> row & 1 == 1;
+        neurons.iter().enumerate().filter(move |&(row, _)| eligible(row)).map(move |(row, neuron)| {
+            let place = Features {
+                bearing: S::from_weight(neuron.bearing),
+                distance: S::from_weight(neuron.distance),
+            };
+            (NeuronIndex::new(column, row), place)
         })
+    }
+
+    /// The bearings that the eligible neurons of each column span: what lets a search leave whole columns out.
+    #[must_use]
+    pub fn spans(&self, eligible: Eligible) -> Spans<S, COLUMNS> {
+        let span = |column| {
+            let bearings = self.column_places(column, eligible).map(|(_, place)| place.bearing);
+            bearings.fold(None, |span: Option<(S, S)>, bearing| {
+                Some(span.map_or((bearing, bearing), |(least, most)| (least.min(bearing), most.max(bearing))))
+            })
+        };
+        Spans { eligible, of_column: core::array::from_fn(span) }
     }
 
     /// The winner for a place (P1 Eq. 2–4, P2 Eq. 1–3); `None` where no neuron is eligible yet.
@@ -158,23 +197,51 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
         place: Features<S>,
         eligible: Eligible,
     ) -> Option<NeuronIndex> {
+        self.winner_among(&self.spans(eligible), parameters, place)
+    }
+
+    /// As [`Map::winner`], with the spans of the map as it is: for several places in a row.
+    #[must_use]
+    pub fn winner_among(
+        &self,
+        spans: &Spans<S, COLUMNS>,
+        parameters: &WinnerParameters<S>,
+        place: Features<S>,
+    ) -> Option<NeuronIndex> {
         let offset = |at: Features<S>| angle_between(at.bearing, place.bearing);
-        let nearest = self
-            .places(eligible)
-            .map(|(_, at)| offset(at).abs())
-            .reduce(|least, bearing| least.min(bearing))?;
+        let nearest_in = |column| {
+            let offsets = self.column_places(column, spans.eligible).map(|(_, at)| offset(at).abs());
+            offsets.reduce(S::min)
+        };
+        // The bearings of a column are no nearer than its span; so most columns are settled by that alone.
+        let bounds: [Option<S>; COLUMNS] =
+            core::array::from_fn(|column| spans.nearest(column, place.bearing));
+        let known = || bounds.iter().enumerate().filter_map(|(column, &bound)| Some((column, bound?)));
+        let closest = |best: (usize, S), other: (usize, S)| if other.1 < best.1 { other } else { best };
+        let (first, _) = known().reduce(closest)?;
+        let mut nearest = nearest_in(first)?;
+        for (column, _) in known().filter(|&(column, _)| column != first) {
+            if bounds[column].is_some_and(|bound| bound < nearest) {
+                nearest = nearest_in(column).map_or(nearest, |offset| offset.min(nearest));
+            }
+        }
         let admitted = nearest + parameters.bearing_tolerance;
         let mut best: Option<(S, NeuronIndex)> = None;
-        for (index, at) in self.places(eligible) {
-            let bearing = offset(at);
-            if bearing.abs() > admitted {
+        for (column, bound) in known() {
+            if bound > admitted {
                 continue;
             }
-            let distance = place.distance - at.distance;
-            let difference = parameters.bearing_weight * bearing * bearing
-                + parameters.distance_weight * distance * distance;
-            if best.is_none_or(|(least, _)| difference < least) {
-                best = Some((difference, index));
+            for (index, at) in self.column_places(column, spans.eligible) {
+                let bearing = offset(at);
+                if bearing.abs() > admitted {
+                    continue;
+                }
+                let distance = place.distance - at.distance;
+                let difference = parameters.bearing_weight * bearing * bearing
+                    + parameters.distance_weight * distance * distance;
+                if best.is_none_or(|(least, _)| difference < least) {
+                    best = Some((difference, index));
+                }
             }
         }
         best.map(|(_, index)| index)

@@ -46,14 +46,21 @@ pub struct ObstacleFieldParameters<S> {
 /// exp(−16) is a ten-millionth: a field that weak decides nothing, so its exponential is not computed.
 const NEGLIGIBLE_EXPONENT: i32 = 16;
 
+/// So far aside of an obstacle its field is negligible at any distance.
+fn is_aside<S: Scalar>(p: &ObstacleFieldParameters<S>, aside_rad: S) -> bool {
+    let bearing = aside_rad * p.bearing_steepness;
+    bearing * bearing > S::from_i32(NEGLIGIBLE_EXPONENT)
+}
+
 /// The activity that one obstacle at `centre` gives to an unfolded place (P2 Eq. 6, 7).
 #[must_use]
 pub fn activity<S: Scalar>(p: &ObstacleFieldParameters<S>, centre: Features<S>, place: Features<S>) -> S {
-    let bearing = angle_between(centre.bearing, place.bearing) * p.bearing_steepness;
-    let across = bearing * bearing;
-    if across > S::from_i32(NEGLIGIBLE_EXPONENT) {
+    let aside = angle_between(centre.bearing, place.bearing);
+    if is_aside(p, aside) {
         return S::ZERO;
     }
+    let bearing = aside * p.bearing_steepness;
+    let across = bearing * bearing;
     let beyond = place.distance - centre.distance;
     let steepness = if beyond >= S::ZERO { p.behind_steepness } else { p.front_steepness };
     let along = beyond * steepness;
@@ -83,21 +90,30 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
         scaling: &Scaling<S>,
         detections: &Vec<Polar<S>, SENSORS>,
     ) {
+        let spans = map.spans(Eligible::Trained);
         let centre = |obstacle: &Polar<S>| {
             let sensed = scaling.features(*obstacle);
             match p.centre {
                 FieldCentre::Sensed => sensed,
                 // The map knows places behind the robot only in its own chart; the field is of the full circle.
                 FieldCentre::Neuron => map
-                    .winner(winner, sensed.folded(), Eligible::Trained)
+                    .winner_among(&spans, winner, sensed.folded())
                     .map_or(sensed, |index| map.place(index).unfolded()),
             }
         };
         let centres: Vec<Features<S>, SENSORS> = detections.iter().map(centre).collect();
-        for (index, place) in map.places(Eligible::Trained) {
-            let place = place.unfolded();
-            let sum = centres.iter().fold(S::ZERO, |sum, &centre| sum + activity(p, centre, place));
-            self.sum[usize::from(index.column)][usize::from(index.row)] = sum.to_weight();
+        for column in 0..COLUMNS {
+            // Of a column's neurons ahead, the obstacles far aside decide nothing.
+            let counts = |centre: &&Features<S>| {
+                spans.nearest(column, centre.bearing).is_some_and(|bound| !is_aside(p, bound))
+            };
+            let near: Vec<Features<S>, SENSORS> = centres.iter().filter(counts).copied().collect();
+            for (index, place) in map.column_places(column, Eligible::Trained) {
+                let deciding = if place.distance < S::ZERO { &centres } else { &near };
+                let place = place.unfolded();
+                let sum = deciding.iter().fold(S::ZERO, |sum, &centre| sum + activity(p, centre, place));
+                self.sum[column][usize::from(index.row)] = sum.to_weight();
+            }
         }
     }
 

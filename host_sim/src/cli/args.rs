@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use controller_core::config::Architecture;
+use host_sim::link::address::Address;
+use protocol::message::ScalarKind;
 
 /// Training steps after which the map is as good as it gets; P1 trains longer by chance encounters.
 const STEPS: u32 = 2000;
@@ -18,7 +20,8 @@ Examples (with cargo: `cargo run --release -- run p2_fig6`):
   host_sim scenarios p2_fig6 --print > my.toml  copy a scenario, edit it, then: run my.toml
   host_sim config --print > config.toml         every number of the controller, for --config
 
-Exit codes: 0 ok; 1 the robot failed; 2 the request cannot be carried out, and nothing was written.";
+Exit codes: 0 ok; 1 the robot failed; 2 the request cannot be carried out, and nothing was written; 3 the board or the
+way to it failed.";
 
 /// Simulates a Khepera that learns to move, then finds its way with cooperative Extended Kohonen Maps.
 ///
@@ -44,6 +47,8 @@ pub enum Command {
     Scenarios(ScenariosArgs),
     /// Show the planner's checkpoints for a scenario
     Plan(PlanArgs),
+    /// Ask a board what it is and how it is doing, and set its parameters
+    Link(InspectArgs),
     /// Measure the speed of the simulator on one core
     Bench(BenchArgs),
     /// Show the configuration of the controller
@@ -57,15 +62,47 @@ pub struct LearningArgs {
     #[arg(long, value_name = "N", default_value_t = STEPS)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub steps: u32,
-    /// Arithmetic of the controller
-    #[arg(long, value_enum, default_value_t = ScalarArg::F32)]
-    pub scalar: ScalarArg,
+    /// Arithmetic of the controller; default: f32, or with --link the board's
+    #[arg(long, value_enum)]
+    pub scalar: Option<ScalarArg>,
     /// Seed of everything that is drawn: exploration, targets, start, noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// Configuration of the controller, see the command `config`
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
+}
+
+impl LearningArgs {
+    /// The arithmetic of a controller in this process.
+    pub fn scalar(&self) -> ScalarArg {
+        self.scalar.unwrap_or(ScalarArg::F32)
+    }
+}
+
+/// How a board is reached.
+#[derive(Debug, Args)]
+pub struct WayArgs {
+    /// Firmware image for `qemu:…`; default: where `cargo xtask firmware` puts it
+    #[arg(long, value_name = "FILE")]
+    pub image: Option<PathBuf>,
+    /// Bits per second of `serial:…`
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(300..=12_000_000))]
+    pub baud: u32,
+}
+
+/// Whether the controller runs in this process or on a board.
+#[derive(Debug, Args)]
+pub struct LinkArgs {
+    /// Drive a board instead of the core in this process: stub, qemu:stm32f405[:usart], qemu:stm32f100[:usart],
+    /// serial:/dev/tty…, pty:/dev/pts/…, tcp:HOST:PORT
+    #[arg(long, value_name = "ADDRESS")]
+    pub link: Option<Address>,
+    #[command(flatten)]
+    pub way: WayArgs,
+    /// With --link: run the core in this process as well, and fail at the first tick after which the two differ
+    #[arg(long, requires = "link")]
+    pub verify: bool,
 }
 
 #[derive(Debug, Args)]
@@ -88,6 +125,9 @@ Examples:
   host_sim run my.toml --controller fusion      a scenario of your own
   host_sim run p2_fig6 --map out/map.ekm        with a map that was saved
   host_sim run p2_fig6 --runs 100 --fresh-maps --controller cooperative --require 95
+  host_sim run p2_fig6 --link stub --verify     a board played by this process, behind real frames
+  host_sim run p2_fig6 --link qemu:stm32f405 --verify
+  host_sim run p2_fig6 --link serial:/dev/ttyACM0 --real-time
 
 With --runs, run i has seed N + i; the hash over all runs does not depend on --threads.")]
 pub struct RunArgs {
@@ -113,6 +153,11 @@ pub struct RunArgs {
     /// Threads for the runs; default: one per core
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+    #[command(flatten)]
+    pub link: LinkArgs,
+    /// With --link: the board runs on its own clock and the simulator keeps up; such a run does not repeat exactly
+    #[arg(long, requires = "link", conflicts_with = "verify")]
+    pub real_time: bool,
     /// Write the figure (SVG) and the log (CSV) to this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -127,6 +172,7 @@ Examples:
   host_sim train --out map.ekm                  learn, save, measure
   host_sim train --trials 5                     indirect and direct mapping, five maps each
   host_sim train --mapping direct --steps 10000
+  host_sim train --link qemu:stm32f405 --out map.ekm    the emulated board learns, and its map is read out
 
 The test is P1's: 50 random targets in sequence, without further training, under 10 % noise.")]
 pub struct TrainArgs {
@@ -141,6 +187,8 @@ pub struct TrainArgs {
     /// Threads for the trials; default: one per core
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+    #[command(flatten)]
+    pub link: LinkArgs,
     /// Save the map to this file
     #[arg(long, value_name = "FILE.ekm", conflicts_with = "trials")]
     pub out: Option<PathBuf>,
@@ -174,6 +222,39 @@ pub struct PlanArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  host_sim link stub                            a board played by this process
+  host_sim link serial:/dev/ttyACM0 --parameters
+  host_sim link pty:/dev/pts/3 --set servo.stall_share=0.3 --set neural.target.amplitude=1
+
+Parameters have the names of the configuration file (`config --print`); they are set as a group or not at all.")]
+pub struct InspectArgs {
+    /// Where the board is: stub, qemu:stm32f405[:usart], qemu:stm32f100[:usart], serial:/dev/tty…, pty:/dev/pts/…,
+    /// tcp:HOST:PORT
+    pub address: Address,
+    #[command(flatten)]
+    pub way: WayArgs,
+    /// List the parameters with their values
+    #[arg(long)]
+    pub parameters: bool,
+    /// Set a parameter; may be given more than once
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
+    pub set: Vec<(String, f32)>,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn assignment(text: &str) -> Result<(String, f32), String> {
+    let parts = text.split_once('=').map(|(name, value)| (name.trim(), value.trim().parse::<f32>()));
+    match parts {
+        Some((name, Ok(value))) => Ok((name.to_owned(), value)),
+        _ => Err(String::from("must be a name, `=` and a number")),
+    }
+}
+
+#[derive(Debug, Args)]
 pub struct BenchArgs {
     #[command(flatten)]
     pub learning: LearningArgs,
@@ -193,6 +274,12 @@ pub struct ConfigArgs {
     /// Check a file and print it with all that it leaves to the defaults
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
+    /// List every parameter with its number on the link, default, unit and range
+    #[arg(long, conflicts_with_all = ["print", "config"])]
+    pub list: bool,
+    /// Print the list as one JSON document instead of text
+    #[arg(long, requires = "list")]
+    pub json: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -201,6 +288,15 @@ pub enum ScalarArg {
     F32,
     /// 32-bit fixed point with 16-bit weights, for those that do not
     Fixed,
+}
+
+impl ScalarArg {
+    pub fn kind(self) -> ScalarKind {
+        match self {
+            Self::F32 => ScalarKind::F32,
+            Self::Fixed => ScalarKind::Fixed,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

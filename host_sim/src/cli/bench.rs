@@ -41,7 +41,7 @@ impl Speed {
 }
 
 pub fn bench(args: &BenchArgs) -> Result<Outcome, CliError> {
-    match args.learning.scalar {
+    match args.learning.scalar() {
         ScalarArg::F32 => bench_in::<f32>(args),
         ScalarArg::Fixed => bench_in::<Fixed>(args),
     }

@@ -1,9 +1,12 @@
 //! How a command ends.
 
+use core::convert::Infallible;
 use std::process::ExitCode;
 
 use controller_core::config::ConfigError;
 use host_sim::config_file::ConfigFileError;
+use host_sim::link::LinkError;
+use host_sim::link::verify::VerifyError;
 use host_sim::mission::MissionError;
 use host_sim::route_planner::RouteError;
 use host_sim::scenario::ScenarioError;
@@ -27,13 +30,20 @@ pub enum CliError {
     /// There is no way to the goal: exit code 1, for that is an answer.
     #[error("{0}; move the goal, or remove or widen known walls in the scenario")]
     NoWay(RouteError),
+    /// The board and the core in this process disagree: exit code 1, for that is what was asked.
+    #[error("{0}")]
+    Differs(String),
+    /// The board, or the way to it: exit code 3.
+    #[error("{0}")]
+    Device(String),
 }
 
 impl CliError {
     pub fn exit_code(&self) -> ExitCode {
         match self {
             Self::Request(_) => ExitCode::from(2),
-            Self::NoWay(_) => ExitCode::from(1),
+            Self::NoWay(_) | Self::Differs(_) => ExitCode::from(1),
+            Self::Device(_) => ExitCode::from(3),
         }
     }
 }
@@ -69,10 +79,40 @@ impl From<SweepError> for CliError {
     fn from(error: SweepError) -> Self {
         match error {
             SweepError::Config(error) => error.into(),
-            SweepError::Mission(MissionError::Route(error)) => error.into(),
-            SweepError::Mission(error @ MissionError::Checkpoints(_)) => {
+            SweepError::Mission(error) => error.into(),
+        }
+    }
+}
+
+impl<E: core::error::Error + Into<Self>> From<MissionError<E>> for CliError {
+    fn from(error: MissionError<E>) -> Self {
+        match error {
+            MissionError::Route(error) => error.into(),
+            MissionError::Port(error) => error.into(),
+            error @ MissionError::Checkpoints(_) => {
                 Self::Request(format!("{error}; change the scenario's checkpoints"))
             }
+        }
+    }
+}
+
+impl From<Infallible> for CliError {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
+}
+
+impl From<LinkError> for CliError {
+    fn from(error: LinkError) -> Self {
+        Self::Device(error.to_string())
+    }
+}
+
+impl From<VerifyError<LinkError>> for CliError {
+    fn from(error: VerifyError<LinkError>) -> Self {
+        match error {
+            VerifyError::Port(error) => error.into(),
+            VerifyError::Differs { .. } | VerifyError::Answers { .. } => Self::Differs(error.to_string()),
         }
     }
 }

@@ -7,7 +7,7 @@ use controller_core::config::Config;
 use controller_core::kohonen::output::Output;
 use controller_core::scalar::Scalar;
 use host_sim::config_file;
-use host_sim::map_store::{self, StoredScalar};
+use host_sim::map_store::{self, StoredMap, StoredScalar};
 use host_sim::route_planner;
 use host_sim::scenario::{Route, Scenario};
 use host_sim::sil::{HostMap, Indirect};
@@ -61,6 +61,11 @@ pub fn learn_each<S: Scalar, O: Output<S>>(
 
 /// A map from a file.
 pub fn load_map<S: StoredScalar>(path: &Path, config: &Config) -> Result<HostMap<S, Indirect<S>>, CliError> {
+    Ok(load_stored_map(path, config)?.map)
+}
+
+/// A map from a file, and where it comes from.
+pub fn load_stored_map<S: StoredScalar>(path: &Path, config: &Config) -> Result<StoredMap<S>, CliError> {
     let file = path.display();
     let bytes = std::fs::read(path).map_err(|error| {
         CliError::Request(format!("{file}: cannot be read ({error}); `train --out {file}` makes a map"))
@@ -70,7 +75,7 @@ pub fn load_map<S: StoredScalar>(path: &Path, config: &Config) -> Result<HostMap
     if stored.provenance.config_digest != map_store::training_digest(config) {
         complain(&format!("note: {file} was learned with another configuration or version"));
     }
-    Ok(stored.map)
+    Ok(stored)
 }
 
 /// The seeds of so many runs.

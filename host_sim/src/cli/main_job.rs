@@ -21,7 +21,7 @@ const CONTROLLER: ControllerArg = ControllerArg::Cooperative;
 const MAP_FILE: &str = "map.ekm";
 
 pub fn main_job(args: &MainJobArgs) -> Result<Outcome, CliError> {
-    match args.learning.scalar {
+    match args.learning.scalar() {
         ScalarArg::F32 => main_job_in::<f32>(args),
         ScalarArg::Fixed => main_job_in::<Fixed>(args),
     }

@@ -1,15 +1,18 @@
 //! `run`: a scenario once, or with many seeds.
 
+use controller_core::config::Config;
 use controller_core::scalar::Fixed;
 use host_sim::map_store::StoredScalar;
-use host_sim::mission::MissionOptions;
-use host_sim::sil::Indirect;
+use host_sim::mission::{MissionOptions, MissionResult};
+use host_sim::scenario::Scenario;
+use host_sim::sil::{HostMap, Indirect};
 use host_sim::sweep::{self, LOG_PERIOD_MS};
 use serde_json::json;
 
-use super::args::{RunArgs, ScalarArg};
+use super::args::{ControllerArg, RunArgs, ScalarArg};
 use super::error::{CliError, Outcome};
-use super::learning::{configuration, learn, load_map, load_scenario, training_plan};
+use super::learning::{configuration, learn, load_scenario, load_stored_map, training_plan};
+use super::linked;
 use super::main_job::training_text;
 use super::output::{OutputFolder, print, print_json};
 use super::single_run::{SingleRun, controller_of, file_names};
@@ -17,7 +20,10 @@ use super::sweep_run;
 use super::table::facts;
 
 pub fn run(args: &RunArgs) -> Result<Outcome, CliError> {
-    match args.learning.scalar {
+    if let Some(address) = &args.link.link {
+        return linked::run(args, address);
+    }
+    match args.learning.scalar() {
         ScalarArg::F32 => run_in::<f32>(args),
         ScalarArg::Fixed => run_in::<Fixed>(args),
     }
@@ -27,37 +33,61 @@ fn run_in<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
     if args.runs > 1 || args.require.is_some() {
         sweep_run::sweep_run::<S>(args)
     } else {
-        run_once::<S>(args)
+        run_once::<S>(args, |task| {
+            let architecture = Some(task.controller.architecture());
+            let result = sweep::run_one(task.scenario, task.config, architecture, task.map, task.options)?;
+            Ok((result, Vec::new()))
+        })
     }
 }
 
-fn run_once<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
+/// What is to be driven, and with what.
+pub struct Task<'a, S: StoredScalar> {
+    pub scenario: &'a Scenario,
+    pub config: &'a Config,
+    pub controller: ControllerArg,
+    pub map: &'a HostMap<S, Indirect<S>>,
+    /// How long the map was trained.
+    pub steps: u32,
+    pub options: MissionOptions,
+}
+
+/// What came of it, and what else there is to say.
+pub type Driven = (MissionResult, Vec<(&'static str, String)>);
+
+/// Runs a scenario once; `drive` says by which controller.
+pub fn run_once<S: StoredScalar>(
+    args: &RunArgs,
+    drive: impl FnOnce(&Task<S>) -> Result<Driven, CliError>,
+) -> Result<Outcome, CliError> {
     let config = configuration(&args.learning)?;
     let scenario = load_scenario(&args.scenario)?;
-    let loaded = args.map.as_deref().map(|path| load_map::<S>(path, &config)).transpose()?;
+    let loaded = args.map.as_deref().map(|path| load_stored_map::<S>(path, &config)).transpose()?;
     let controller = args.controller.unwrap_or_else(|| controller_of(&scenario));
     let [svg, csv] = file_names(&scenario);
     let folder = args.out.as_deref().map(|path| OutputFolder::open(path, &[&svg, &csv])).transpose()?;
 
     let plan = training_plan(&args.learning);
-    let (map, training, source) = if let (Some(map), Some(path)) = (loaded, &args.map) {
+    let (map, steps, training, source) = if let (Some(stored), Some(path)) = (loaded, &args.map) {
         let file = path.display().to_string();
-        (map, json!({ "map": file }), ("map", file))
+        (stored.map, stored.provenance.steps, json!({ "map": file }), ("map", file))
     } else {
         let learned = learn::<S, Indirect<S>>(&config, &plan)?;
         let training = json!({ "seed": plan.seed, "steps": plan.steps });
-        (learned.map, training, ("learned", training_text(plan.steps, &config)))
+        (learned.map, plan.steps, training, ("learned", training_text(plan.steps, &config)))
     };
     let sample_ms = if folder.is_some() { LOG_PERIOD_MS } else { 0 };
     let options = MissionOptions { seed: plan.seed, sample_ms };
-    let result = sweep::run_one(&scenario, &config, Some(controller.architecture()), &map, options)?;
+    let task = Task { scenario: &scenario, config: &config, controller, map: &map, steps, options };
+    let (result, notes) = drive(&task)?;
     let run = SingleRun { scenario: &scenario, controller, scalar: S::NAME, result: &result };
     let files = folder.map_or_else(|| Ok(Vec::new()), |folder| run.write(&folder))?;
     if args.json {
         print_json(&run.json(&training, &files))?;
     } else {
         let wrote = if files.is_empty() { String::new() } else { format!("wrote {}\n", files.join(", ")) };
-        print(&format!("{}{}\n{wrote}{}", facts([source]), run.text(), run.verdict()))?;
+        let (head, notes) = (facts([source]), facts(notes));
+        print(&format!("{head}{}{notes}\n{wrote}{}", run.text(), run.verdict()))?;
     }
     Ok(if result.success { Outcome::Ok } else { Outcome::RobotFailed })
 }

@@ -8,12 +8,15 @@ use host_sim::map_store::{self, StoredScalar};
 use host_sim::positioning::{PositioningPlan, PositioningSummary, TargetResult, positioning_test, summarise};
 use host_sim::sil::{HostMap, Indirect};
 use host_sim::simulation::PAPERS;
+use host_sim::sweep::Learned;
+use host_sim::training::TrainingPlan;
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use serde_json::{Value, json};
 
 use super::args::{MappingArg, ScalarArg, TrainArgs};
 use super::error::{CliError, Outcome};
 use super::learning::{configuration, learn, learn_each, seeds, threads, training_plan};
+use super::linked;
 use super::main_job::training_text;
 use super::output::{OutputFolder, hex, print, print_json};
 use super::table::{facts, millimetres, percent, table};
@@ -28,7 +31,10 @@ struct Trials {
 }
 
 pub fn train(args: &TrainArgs) -> Result<Outcome, CliError> {
-    match args.learning.scalar {
+    if let Some(address) = &args.link.link {
+        return linked::train(args, address);
+    }
+    match args.learning.scalar() {
         ScalarArg::F32 => train_in::<f32>(args),
         ScalarArg::Fixed => train_in::<Fixed>(args),
     }
@@ -53,26 +59,43 @@ fn train_in<S: StoredScalar>(args: &TrainArgs) -> Result<Outcome, CliError> {
 
 /// One map, which can be saved.
 fn train_once<S: StoredScalar>(args: &TrainArgs, config: &Config) -> Result<Outcome, CliError> {
-    let plan = training_plan(&args.learning);
     if args.mapping == Some(MappingArg::Direct) {
         if args.out.is_some() {
             let message = "--out saves indirect maps only; leave out --out or --mapping direct";
             return Err(CliError::Request(message.to_owned()));
         }
+        let plan = training_plan(&args.learning);
         let learned = learn::<S, MotorVector<S::Weight>>(config, &plan)?;
         let results = test(config, &learned.map, plan.seed)?;
         let trials = summary::<S, MotorVector<S::Weight>>(vec![(plan.seed, learned.hash, results)]);
         return report(args, config, S::NAME, &[trials], None);
     }
+    learn_save_test::<S>(
+        args,
+        config,
+        |plan| learn::<S, Indirect<S>>(config, plan),
+        |learned, plan| test(config, &learned.map, plan.seed),
+    )
+}
+
+/// Learns a map, saves it if that was asked for, and measures it; where it learns and drives is for the two functions to
+/// say.
+pub fn learn_save_test<S: StoredScalar>(
+    args: &TrainArgs,
+    config: &Config,
+    learn: impl FnOnce(&TrainingPlan) -> Result<Learned<S, Indirect<S>>, CliError>,
+    test: impl FnOnce(&Learned<S, Indirect<S>>, &TrainingPlan) -> Result<Vec<TargetResult>, CliError>,
+) -> Result<Outcome, CliError> {
+    let plan = training_plan(&args.learning);
     let target = args.out.as_deref().map(OutputFolder::for_file).transpose()?;
-    let learned = learn::<S, Indirect<S>>(config, &plan)?;
+    let learned = learn(&plan)?;
     let mut file = None;
     if let Some((folder, name)) = target {
         let bytes = map_store::to_bytes(&learned.map, config, plan.seed, plan.steps)
             .map_err(|error| CliError::Request(format!("the map cannot be saved ({error})")))?;
         file = Some(folder.write(&name, &bytes)?);
     }
-    let results = test(config, &learned.map, plan.seed)?;
+    let results = test(&learned, &plan)?;
     let trials = summary::<S, Indirect<S>>(vec![(plan.seed, learned.hash, results)]);
     report(args, config, S::NAME, &[trials], file)
 }

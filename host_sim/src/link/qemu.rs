@@ -1,0 +1,264 @@
+//! A board in the emulator, which this starts and ends.
+//!
+//! Two ways lead to it. Over **semihosting** the firmware reads and writes two named pipes through the debugger's
+//! door, one system call a frame: fast, and strictly lockstep, since the emulated processor stands still while it
+//! waits. Over the **USART** every byte takes the way it takes on the board, interrupt by interrupt.
+
+use core::time::Duration;
+use std::fs::{File, OpenOptions};
+use std::io::{self, ErrorKind, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Instant;
+
+use protocol::message::Board;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{CWD, Mode, OFlags, mkfifoat};
+use rustix::io::Errno;
+use tempfile::TempDir;
+
+use super::error::LinkError;
+use super::transport::{ReadLimit, SEND_PATIENCE, Transport, received};
+
+/// The emulator.
+const PROGRAM: &str = "qemu-system-arm";
+
+/// Longest wait for the emulator to open its serial port.
+const START_PATIENCE: Duration = Duration::from_millis(1500);
+
+/// Longest path that the firmware has room for.
+const PATH_BYTES_MAX: usize = 100;
+
+/// How to the emulated board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Way {
+    /// Two pipes through semihosting: lockstep only.
+    Semihosting,
+    /// The serial port, byte for byte.
+    Usart,
+}
+
+/// What to emulate.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct QemuOptions {
+    /// The board.
+    pub board: Board,
+    /// Its firmware image.
+    pub image: PathBuf,
+    /// The way to it.
+    pub way: Way,
+    /// The emulator's `-icount`: how its time goes. `None` is as fast as it can, by the host's clock, which loses timer
+    /// interrupts: for real time give `shift=auto`.
+    pub icount: Option<String>,
+}
+
+/// An emulated board under way. Dropped, it ends.
+#[derive(Debug)]
+pub struct Qemu {
+    child: Child,
+    channel: Channel,
+    folder: TempDir,
+}
+
+#[derive(Debug)]
+enum Channel {
+    Pipes { to_board: File, from_board: File },
+    Socket { stream: UnixStream, limit: ReadLimit },
+}
+
+/// A process that has not been handed over yet, and ends if it never is.
+struct Starting(Option<Child>);
+
+impl Drop for Starting {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.0 {
+            end(child);
+        }
+    }
+}
+
+/// Ends a process for good. If it has ended by itself there is nothing to do.
+fn end(child: &mut Child) {
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+fn machine_of(board: Board) -> Option<&'static str> {
+    match board {
+        Board::Stm32f405 => Some("netduinoplus2"),
+        Board::Stm32f100 => Some("stm32vldiscovery"),
+        Board::Stub => None,
+    }
+}
+
+fn absent(what: impl Into<String>, reason: impl Into<String>, remedy: impl Into<String>) -> LinkError {
+    LinkError::Absent { what: what.into(), reason: reason.into(), remedy: remedy.into() }
+}
+
+impl Qemu {
+    /// Starts an emulated board.
+    ///
+    /// # Errors
+    /// If there is no image or no emulator, or it does not start.
+    pub fn start(options: &QemuOptions) -> Result<Self, LinkError> {
+        let machine = machine_of(options.board).ok_or_else(|| {
+            absent(options.board.name(), "not a board of the emulator", "use the address `stub` for the stub")
+        })?;
+        if !options.image.is_file() {
+            let image = options.image.display().to_string();
+            let remedy = "build it with `cargo xtask firmware`, or name another with --image";
+            return Err(absent(image, "no such firmware image", remedy));
+        }
+        let no_folder = |error: io::Error| {
+            absent("a temporary folder", error.to_string(), "set TMPDIR to a folder that can be written to")
+        };
+        let folder = tempfile::Builder::new().prefix("ekm-").tempdir().map_err(no_folder)?;
+        let in_folder = |name: &str| folder.path().join(name);
+        let (input, output, socket) = (in_folder("in"), in_folder("out"), in_folder("usart"));
+        let text = input.to_string_lossy();
+        if output.as_os_str().len() > PATH_BYTES_MAX || text.contains([' ', ',']) {
+            let remedy = "set TMPDIR to a short path without spaces and commas";
+            return Err(absent(text, "the firmware cannot be told this path", remedy));
+        }
+
+        let mut command = Command::new(PROGRAM);
+        command.args(["-M", machine, "-display", "none", "-monitor", "none", "-kernel"]).arg(&options.image);
+        let mut semihosting = String::from("enable=on,target=native,arg=firmware");
+        match options.way {
+            Way::Semihosting => {
+                for pipe in [&input, &output] {
+                    mkfifoat(CWD, pipe, Mode::RUSR | Mode::WUSR).map_err(|error| no_folder(error.into()))?;
+                }
+                semihosting +=
+                    &format!(",arg=link=semihosting,arg=in={},arg=out={}", input.display(), output.display());
+                command.args(["-serial", "null"]);
+            }
+            Way::Usart => {
+                command.arg("-serial").arg(format!("unix:{},server=on,wait=on", socket.display()));
+            }
+        }
+        command.args(["-semihosting-config", &semihosting]);
+        if let Some(icount) = &options.icount {
+            command.args(["-icount", icount]);
+        }
+        let said = File::create(in_folder("stderr")).map_err(no_folder)?;
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(said);
+        let child = command.spawn().map_err(|error| {
+            absent(PROGRAM, error.to_string(), "install the emulator: Debian's package is `qemu-system-arm`")
+        })?;
+        let mut starting = Starting(Some(child));
+        let channel = match options.way {
+            Way::Semihosting => open_pipes(&input, &output).map_err(no_folder)?,
+            Way::Usart => {
+                let said = || std::fs::read_to_string(in_folder("stderr")).unwrap_or_default();
+                connect(&socket, starting.0.as_mut(), said)?
+            }
+        };
+        match starting.0.take() {
+            Some(child) => Ok(Self { child, channel, folder }),
+            None => Err(absent(PROGRAM, "it has ended", "start again")),
+        }
+    }
+
+    /// Why the emulator has ended; `None` while it runs.
+    fn obituary(&mut self) -> Option<String> {
+        let status = self.child.try_wait().ok().flatten()?;
+        let said = std::fs::read_to_string(self.folder.path().join("stderr")).unwrap_or_default();
+        Some(ended(&status.to_string(), &said))
+    }
+}
+
+fn ended(status: &str, said: &str) -> String {
+    let said = said.trim();
+    let quote = if said.is_empty() { String::new() } else { format!(": {said}") };
+    format!("the emulator has ended, {status}{quote}")
+}
+
+/// Opens this side of both pipes, neither of which waits for the emulator.
+fn open_pipes(input: &Path, output: &Path) -> io::Result<Channel> {
+    let nonblocking = i32::try_from(OFlags::NONBLOCK.bits()).unwrap_or_default();
+    let from_board = OpenOptions::new().read(true).custom_flags(nonblocking).open(output)?;
+    let to_board = OpenOptions::new().read(true).write(true).open(input)?;
+    Ok(Channel::Pipes { to_board, from_board })
+}
+
+/// Connects to the emulator's serial port as soon as it is there; the emulator waits for it.
+fn connect(
+    socket: &Path,
+    mut child: Option<&mut Child>,
+    said: impl Fn() -> String,
+) -> Result<Channel, LinkError> {
+    let begin = Instant::now();
+    loop {
+        match UnixStream::connect(socket) {
+            Ok(stream) => {
+                let limited = stream.set_write_timeout(Some(SEND_PATIENCE));
+                limited.map_err(|error| LinkError::gone(&error, None))?;
+                return Ok(Channel::Socket { stream, limit: ReadLimit::default() });
+            }
+            Err(error) => {
+                let status = child.as_mut().and_then(|child| child.try_wait().ok().flatten());
+                if let Some(status) = status {
+                    return Err(LinkError::Gone { reason: ended(&status.to_string(), &said()) });
+                }
+                if begin.elapsed() > START_PATIENCE {
+                    return Err(absent(PROGRAM, error.to_string(), "see whether the machine is overloaded"));
+                }
+                std::thread::sleep(Duration::from_millis(2));
+            }
+        }
+    }
+}
+
+impl Transport for Qemu {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        match &mut self.channel {
+            Channel::Pipes { to_board, .. } => to_board.write_all(bytes),
+            Channel::Socket { stream, .. } => stream.write_all(bytes),
+        }
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<usize> {
+        let count = match &mut self.channel {
+            Channel::Pipes { from_board, .. } => {
+                let patience = Timespec {
+                    tv_sec: i64::try_from(patience.as_secs()).unwrap_or(i64::MAX),
+                    tv_nsec: patience.subsec_nanos().into(),
+                };
+                match poll(&mut [PollFd::new(from_board, PollFlags::IN)], Some(&patience)) {
+                    Ok(0) | Err(Errno::INTR) => 0,
+                    Ok(_) => received(from_board.read(buffer))?,
+                    Err(error) => return Err(error.into()),
+                }
+            }
+            Channel::Socket { stream, limit } => {
+                limit.set(patience, |patience| stream.set_read_timeout(patience))?;
+                received(stream.read(buffer))?
+            }
+        };
+        // A pipe that nobody has opened yet does not tell that nobody will.
+        if count == 0 && self.obituary().is_some() {
+            return Err(ErrorKind::UnexpectedEof.into());
+        }
+        Ok(count)
+    }
+
+    fn post_mortem(&mut self) -> Option<String> {
+        // The pipe closes a moment before the process has ended.
+        for _ in 0..50 {
+            if let Some(obituary) = self.obituary() {
+                return Some(obituary);
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        None
+    }
+}
+
+impl Drop for Qemu {
+    fn drop(&mut self) {
+        end(&mut self.child);
+    }
+}

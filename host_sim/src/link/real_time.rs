@@ -1,0 +1,191 @@
+//! A board that runs on its own clock, with the simulator keeping up.
+//!
+//! The board computes a tick each millisecond and says what it led to. The simulated world is moved on to that tick,
+//! and its readings are sent back, where the board's next tick takes them. If the host comes late the world catches up
+//! on what it missed with the drive that stood; if it is early it waits. Such a run does not repeat bit for bit.
+
+use core::time::Duration;
+use std::collections::VecDeque;
+
+use controller_core::config::Config;
+use controller_core::controller::{Inputs, Mode, Outputs};
+use controller_core::planning::checkpoint::Reached;
+use controller_core::schedule::{Schedule, Tick};
+use controller_core::units::Point;
+use protocol::message::{FaultReport, FromBoard, FromHost, Outputs as WireOutputs, Readings};
+
+use super::client::{ANSWER_MAX, unexpected};
+use super::error::LinkError;
+use super::port::{outputs_of, replace_checkpoint, schedule_of, send_checkpoints};
+use super::session::Session;
+use super::transport::Transport;
+use crate::proximity_model::SENSORS;
+use crate::sil::{Answer, ControllerPort};
+
+/// Without a word from the board the readings are sent again after so long: well before it thinks the host is gone.
+const REPEAT: Duration = Duration::from_millis(20);
+
+/// How well the two kept up with each other.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Pace {
+    /// Outputs received.
+    pub outputs: u64,
+    /// Ticks of which no outputs came.
+    pub missed: u64,
+    /// Most ticks that the world had to catch up at once.
+    pub behind_ticks_max: u64,
+    /// Stops that the board reported.
+    pub faults: Vec<FaultReport>,
+}
+
+/// A board on its own clock.
+#[derive(Debug)]
+pub struct RealTimePort<'a, T> {
+    session: &'a mut Session<T>,
+    schedule: Schedule,
+    /// What came last from the board.
+    latest: Option<WireOutputs>,
+    /// Checkpoints that were reached in ticks the world has not come to.
+    reached: VecDeque<Reached>,
+    /// What the board has not been sent yet.
+    readings: Readings,
+    pace: Pace,
+}
+
+impl<'a, T: Transport> RealTimePort<'a, T> {
+    /// Begins a run on a board whose session is one in real time, that has been configured, and has the map it is to
+    /// drive with; `config` is its configuration.
+    ///
+    /// # Errors
+    /// See [`LinkError`].
+    pub fn begin(session: &'a mut Session<T>, config: &Config) -> Result<Self, LinkError> {
+        session.begin()?;
+        // What the board said before is of ticks before this run.
+        while session.client.listen(Duration::ZERO)?.is_some_and(|said| !is_of_run(&said)) {}
+        Ok(Self {
+            session,
+            schedule: schedule_of(config),
+            latest: None,
+            reached: VecDeque::new(),
+            readings: Readings::default(),
+            pace: Pace::default(),
+        })
+    }
+
+    /// How well the two keep up.
+    #[must_use]
+    pub fn pace(&self) -> &Pace {
+        &self.pace
+    }
+
+    fn latest_tick(&self) -> Option<Tick> {
+        self.latest.map(|latest| latest.tick)
+    }
+
+    /// Adds readings to what is to be sent; what is rare stays until it is.
+    fn gather(&mut self, inputs: &Inputs<f32, SENSORS>) {
+        let new = Readings::from_inputs(self.latest_tick().unwrap_or(0), inputs);
+        let old = self.readings;
+        self.readings = Readings {
+            pose_fix: new.pose_fix.or(old.pose_fix),
+            scan: new.scan.or(old.scan),
+            exploration: new.exploration.or(old.exploration),
+            ..new
+        };
+    }
+
+    fn tell(&mut self) -> Result<(), LinkError> {
+        self.session.client.tell(&FromHost::Sense(self.readings))
+    }
+
+    fn hear(&mut self, patience: Duration) -> Result<bool, LinkError> {
+        match self.session.client.listen(patience)? {
+            None => Ok(false),
+            Some(FromBoard::Outputs(outputs)) => {
+                let last = self.latest_tick();
+                self.pace.outputs += 1;
+                self.pace.missed += outputs.tick.saturating_sub(last.map_or(0, |last| last + 1));
+                self.reached.extend(outputs.reached);
+                self.latest = Some(outputs);
+                Ok(true)
+            }
+            Some(FromBoard::Fault(fault)) => {
+                self.pace.faults.push(fault);
+                Ok(true)
+            }
+            Some(other) => Err(unexpected("outputs", &other)),
+        }
+    }
+
+    /// Waits until the board has come to a tick.
+    fn wait_for(&mut self, now: Tick) -> Result<(), LinkError> {
+        self.tell()?;
+        let mut waited = Duration::ZERO;
+        loop {
+            if self.hear(REPEAT)? {
+                if self.latest_tick().is_some_and(|tick| tick >= now) {
+                    break;
+                }
+                continue;
+            }
+            waited += REPEAT;
+            if waited >= ANSWER_MAX {
+                return Err(LinkError::Silent { request: "outputs in real time", waited });
+            }
+            self.tell()?;
+        }
+        // What else is there already: the world has to catch up on it.
+        while self.hear(Duration::ZERO)? {}
+        self.readings = Readings::default();
+        let behind = self.latest_tick().unwrap_or(now).saturating_sub(now);
+        self.pace.behind_ticks_max = self.pace.behind_ticks_max.max(behind);
+        Ok(())
+    }
+}
+
+/// Whether this was said after a run began, as far as it can be told: its first ticks.
+fn is_of_run(said: &FromBoard) -> bool {
+    matches!(said, FromBoard::Outputs(outputs) if outputs.tick < 2)
+}
+
+impl<T: Transport> ControllerPort for RealTimePort<'_, T> {
+    type Error = LinkError;
+
+    fn step(&mut self, now: Tick, inputs: &Inputs<f32, SENSORS>) -> Result<Outputs<f32>, LinkError> {
+        self.gather(inputs);
+        if self.latest_tick().is_none_or(|tick| tick < now) {
+            self.wait_for(now)?;
+        }
+        let latest = self.latest.unwrap_or_default();
+        Ok(Outputs {
+            reached: self.reached.pop_front(),
+            released: self.schedule.at(now),
+            ..outputs_of(&latest, &self.schedule)
+        })
+    }
+
+    fn schedule(&self) -> Schedule {
+        self.schedule
+    }
+
+    fn set_mode(&mut self, mode: Mode, _now: Tick) -> Result<(), LinkError> {
+        self.session.client.command(&FromHost::Mode(mode))
+    }
+
+    fn arm(&mut self) -> Result<(), LinkError> {
+        self.session.client.command(&FromHost::Arm)
+    }
+
+    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, LinkError> {
+        send_checkpoints(&mut self.session.client, checkpoints)
+    }
+
+    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, LinkError> {
+        replace_checkpoint(&mut self.session.client, number, checkpoint)
+    }
+
+    /// Digest of the last outputs; it depends on when the host's readings came.
+    fn hash(&self) -> u64 {
+        self.latest.map_or(0, |latest| latest.state_digest)
+    }
+}
