@@ -326,25 +326,24 @@ mod app {
             sink.send(&mut line, &[DELIMITER]);
             sink.send(&mut line, session.announce(&mut access));
         }
-        let is_served = requested.take(|frame| {
+        let served = requested.take(|frame| {
             let is_hello = matches!(frame.message, FromHost::Hello(_));
             if is_hello {
                 // The tasks must not work on a controller that begins anew.
                 access.watch.lock(|watch| watch.is_real_time = false);
             }
-            sink.send(&mut line, session.serve(&mut access, frame));
-            if is_hello {
-                let is_real_time = session.time_base() == TimeBase::RealTime;
-                defmt::info!("session, real time: {=bool}", is_real_time);
-                motors::stop();
-                if is_real_time {
-                    access.watch.lock(Watch::begin_real_time);
-                }
-            }
+            (is_hello, session.serve(&mut access, frame))
         });
-        if is_served.is_some() {
-            // Another may have come meanwhile.
-            rtic::pend(SERVE);
+        // Only now, with the slot free again: the host answers at once.
+        let Some((is_hello, reply)) = served else { return };
+        sink.send(&mut line, reply);
+        if is_hello {
+            let is_real_time = session.time_base() == TimeBase::RealTime;
+            defmt::info!("session, real time: {=bool}", is_real_time);
+            motors::stop();
+            if is_real_time {
+                access.watch.lock(Watch::begin_real_time);
+            }
         }
     }
 
