@@ -4,7 +4,7 @@
 //! and so that changing them does not build `core`'s dependants anew.
 
 use std::env;
-use std::error::Error;
+use core::error::Error;
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
