@@ -16,6 +16,9 @@ struct Board {
     /// Regions: name, origin, bytes. The register crates' interrupt vectors stand at the start of FLASH.
     flash: (u32, u32),
     ram: (u32, u32),
+    /// Bytes of the RAM, from its start on, that are the stack's; the variables lie above. A stack that grows beyond
+    /// them leaves the RAM, which is a fault and stops the motors, instead of overwriting variables.
+    stack_bytes: u32,
 }
 
 const BOARDS: [Board; 2] = [
@@ -25,12 +28,15 @@ const BOARDS: [Board; 2] = [
         flash: (0x0800_0000, 1024 * 1024),
         // SRAM1 and SRAM2, adjacent. The core-coupled memory stays free.
         ram: (0x2000_0000, 128 * 1024),
+        stack_bytes: 64 * 1024,
     },
     Board {
         name: "stm32f100",
         target: "thumbv7m-none-eabi",
         flash: (0x0800_0000, 128 * 1024),
         ram: (0x2000_0000, 8 * 1024),
+        // All that the variables leave.
+        stack_bytes: 1736,
     },
 ];
 
@@ -46,12 +52,23 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?);
     let ((flash, flash_bytes), (ram, ram_bytes)) = (board.flash, board.ram);
-    let memory = format!(
-        "MEMORY\n{{\n  FLASH : ORIGIN = {flash:#010x}, LENGTH = {flash_bytes}\n  \
-         RAM : ORIGIN = {ram:#010x}, LENGTH = {ram_bytes}\n}}\n"
+    let memory = |ram: u32, ram_bytes: u32| {
+        format!(
+            "MEMORY\n{{\n  FLASH : ORIGIN = {flash:#010x}, LENGTH = {flash_bytes}\n  \
+             RAM : ORIGIN = {ram:#010x}, LENGTH = {ram_bytes}\n}}\n"
+        )
+    };
+    let stack_top = ram + board.stack_bytes;
+    let firmware = format!(
+        "{}_stack_start = {stack_top:#010x};\n_stack_end = {ram:#010x};\n",
+        memory(stack_top, ram_bytes - board.stack_bytes)
     );
-    fs::write(out.join("memory.x"), memory)?;
-    println!("cargo:rustc-link-search={}", out.display());
+    for (program, memory) in [("firmware", firmware), ("instructions", memory(ram, ram_bytes))] {
+        let folder = out.join(program);
+        fs::create_dir_all(&folder)?;
+        fs::write(folder.join("memory.x"), memory)?;
+        println!("cargo:rustc-link-arg-bin={program}=-L{}", folder.display());
+    }
     // Vectors and sections, the log's table, and no padding of segments to pages the chip does not have.
     for argument in ["-Tlink.x", "-Tdefmt.x", "--nmagic"] {
         println!("cargo:rustc-link-arg-bins={argument}");

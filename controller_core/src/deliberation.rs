@@ -10,6 +10,7 @@ use crate::config::{Architecture, Parameters};
 use crate::controller::MEMORY_POINTS;
 use crate::integration::{command_fusion, neural, neural::Decision, sweep};
 use crate::kohonen::features::Command;
+use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::Map;
 use crate::kohonen::output::{ControlMatrix, Output};
 use crate::kohonen::self_organisation::{displacement, train};
@@ -25,7 +26,7 @@ use crate::sensing::proximity::{Scan, detections};
 use crate::units::{Point, Pose, WheelSpeeds};
 
 /// Points that the swept path is checked against.
-const SWEEP_POINTS: usize = MEMORY_POINTS + 32;
+const SWEEP_POINTS: usize = MEMORY_POINTS + 12;
 
 /// A training step under way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,6 +80,33 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
 impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>
     Deliberation<S, O, COLUMNS, ROWS, SENSORS>
 {
+    /// As [`Deliberation::default`], but without a map, which [`Map::reset`] makes: a constant, since on a board with
+    /// little memory it has no room on the stack.
+    pub const BLANK: Self = Self {
+        map: Map::BLANK,
+        standing: Standing {
+            target: Stamped { value: None, renewed: 0 },
+            obstacles: Stamped { value: ObstacleField::EMPTY, renewed: 0 },
+            points: Vec::new(),
+            reaching: Command { left: S::ZERO, right: S::ZERO },
+            avoidance: None,
+            decision: Decision {
+                command: Command { left: S::ZERO, right: S::ZERO },
+                winner: NeuronIndex { column: 0, row: 0 },
+                activity: S::ZERO,
+                is_target: false,
+                judged: 0,
+            },
+        },
+        scan: Scan::EMPTY,
+        memory: ObstacleMemory::EMPTY,
+        detour: Detour::NONE,
+        arrivals: 0,
+        goals: 0,
+        trained_steps: 0,
+        step: None,
+    };
+
     /// With a map that has been trained for `trained_steps` steps.
     #[inline]
     #[must_use]

@@ -53,6 +53,8 @@ pub trait Scalar:
     const PI: Self;
     /// 2π.
     const TAU: Self;
+    /// 0 as a stored weight.
+    const WEIGHT_ZERO: Self::Weight;
     /// A magnitude no valid quantity of the controller exceeds (it bounds inputs before they are used).
     const LIMIT: Self;
 

@@ -25,13 +25,13 @@ pub struct Locked<F, S, W, D> {
 
 impl<F, S, W, D> Access<Real> for Locked<F, S, W, D>
 where
-    F: Mutex<T = Fast>,
+    F: Mutex<T = &'static mut Fast>,
     S: Mutex<T = &'static mut Slow>,
     W: Mutex<T = Watch>,
-    D: Mutex<T = Decoder<FromHost>>,
+    D: Mutex<T = &'static mut Decoder<FromHost>>,
 {
     fn fast<R>(&mut self, f: impl FnOnce(&mut Fast) -> R) -> R {
-        self.fast.lock(f)
+        self.fast.lock(|fast| f(fast))
     }
 
     fn slow<R>(&mut self, f: impl FnOnce(&mut Slow) -> R) -> R {
@@ -58,9 +58,9 @@ where
 /// Takes what the decoder says. Readings and emergency stops act at once; `true` if there is a request to serve.
 pub fn deliver(
     result: Result<Frame<FromHost>, FrameError>,
-    fast: &mut impl Mutex<T = Fast>,
+    fast: &mut impl Mutex<T = &'static mut Fast>,
     watch: &mut impl Mutex<T = Watch>,
-    request: &mut impl Mutex<T = Option<Frame<FromHost>>>,
+    request: &mut impl Mutex<T = &'static mut Option<Frame<FromHost>>>,
 ) -> bool {
     let Ok(frame) = result else {
         defmt::debug!("damaged frame");
@@ -84,7 +84,7 @@ pub fn deliver(
     let is_taken = request.lock(|request| {
         let is_free = request.is_none();
         if is_free {
-            *request = Some(frame);
+            **request = Some(frame);
         }
         is_free
     });

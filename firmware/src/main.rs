@@ -34,19 +34,20 @@ mod app {
     use cortex_m::peripheral::SCB;
     use cortex_m::peripheral::syst::SystClkSource;
     use firmware::board::{Board, Real, This, pac::Interrupt};
-    use firmware::controller::{Fast, Slow};
+    use firmware::controller::{Fast, Slow, put_slow};
     use firmware::drivers;
     use firmware::drivers::motors::{self, Motors};
     use firmware::drivers::stopwatch;
     use firmware::drivers::usart::Usart;
     use firmware::drivers::watchdog::Watchdog;
-    use firmware::emulator::{self, Emulator, Input};
+    use firmware::emulator::{self, Emulator, Fifos, Input};
     use firmware::log;
     use firmware::watch::Watch;
     use heapless::spsc::{Consumer, Producer, Queue};
     use protocol::endpoint::{Identity, Job, Session};
     use protocol::frame::{DELIMITER, Decoder, FRAME_BYTES_MAX, Frame};
     use protocol::message::{FromBoard, FromHost, SENSORS, TimeBase};
+    use rtic::Mutex;
 
     use crate::fault::{epoch, halt};
     use crate::link::{Line, Locked, Reports, Sink, deliver};
@@ -65,14 +66,14 @@ mod app {
 
     #[shared]
     struct Shared {
-        fast: Fast,
+        fast: &'static mut Fast,
         slow: &'static mut Slow,
         watch: Watch,
-        decoder: Decoder<FromHost>,
+        decoder: &'static mut Decoder<FromHost>,
         /// The request to answer next.
-        request: Option<Frame<FromHost>>,
-        avoidance: Option<Job<Real>>,
-        target: Option<Job<Real>>,
+        request: &'static mut Option<Frame<FromHost>>,
+        avoidance: &'static mut Option<Job<Real>>,
+        target: &'static mut Option<Job<Real>>,
         reports: Reports,
         line: Line,
     }
@@ -85,13 +86,20 @@ mod app {
         to_send: Consumer<'static, u8>,
         motors: Motors,
         watchdog: Watchdog,
-        session: Session,
+        session: &'static mut Session,
         sink: Sink,
         input: Option<Input>,
     }
 
+    // What is large is made where it stays.
     #[init(local = [
+        fast: MaybeUninit<Fast> = MaybeUninit::uninit(),
         slow: MaybeUninit<Slow> = MaybeUninit::uninit(),
+        session_place: MaybeUninit<Session> = MaybeUninit::uninit(),
+        decoder: Decoder<FromHost> = Decoder::new(),
+        request: Option<Frame<FromHost>> = None,
+        avoidance: Option<Job<Real>> = None,
+        target: Option<Job<Real>> = None,
         ring_in: Queue<u8, RECEIVED_BYTES> = Queue::new(),
         ring_out: Queue<u8, TO_SEND_BYTES> = Queue::new(),
     ])]
@@ -99,25 +107,14 @@ mod app {
         let clocks = This::start_clocks(&cx.device);
         This::route_pins(&cx.device);
         This::start_stopwatch(&cx.device, &clocks);
-        let mut fifos = None;
-        if clocks.is_emulated() {
-            let emulator = Emulator::open();
-            if let Some(file) = emulator.log {
-                log::to_file(file);
-            }
-            fifos = emulator.fifos;
-        }
+        let fifos = if clocks.is_emulated() { open_emulator() } else { None };
         let build_id = env!("EKM_BUILD_ID");
         defmt::info!("{=str} ({=str}) build {=str}", This::ID.name(), scalar_name(), build_id);
         defmt::info!("{}", clocks);
 
-        let Ok(parameters) = Config::default().build::<Real, SENSORS>() else {
-            defmt::error!("the default parameters do not fit the number type of this board");
-            halt();
-        };
-        let fast = Fast::new(parameters.reflex.clone());
-        let slow = cx.local.slow.write(Slow::new(parameters));
-        let session = Session::new(Identity { board: This::ID, build_id }, epoch());
+        let (fast, slow) = put_controller(cx.local.fast, cx.local.slow);
+        let session =
+            cx.local.session_place.write(Session::new(Identity { board: This::ID, build_id }, epoch()));
 
         let (received, to_decode) = cx.local.ring_in.split();
         let (ring_out, to_send) = cx.local.ring_out.split();
@@ -140,10 +137,10 @@ mod app {
                 fast,
                 slow,
                 watch: Watch::default(),
-                decoder: Decoder::new(),
-                request: None,
-                avoidance: None,
-                target: None,
+                decoder: cx.local.decoder,
+                request: cx.local.request,
+                avoidance: cx.local.avoidance,
+                target: cx.local.target,
                 reports: Reports::default(),
                 line: Line::new(ring_out),
             },
@@ -216,11 +213,11 @@ mod app {
             }
             if let Some(job) = job {
                 if (job.learns || job.released.avoidance) && watch.avoidance.release(now_us) {
-                    *avoidance = Some(job);
+                    **avoidance = Some(job);
                     rtic::pend(AVOID);
                 }
                 if job.released.target && !job.learns && watch.target.release(now_us) {
-                    *target = Some(Job { scan: None, ..job });
+                    **target = Some(Job { scan: None, ..job });
                     rtic::pend(REACH);
                 }
             }
@@ -265,7 +262,7 @@ mod app {
     #[task(binds = EXTI2, priority = 3, shared = [avoidance, slow, fast, watch])]
     fn avoid(cx: avoid::Context) {
         let avoid::SharedResources { mut avoidance, mut slow, fast, watch, .. } = cx.shared;
-        let Some(job) = avoidance.lock(Option::take) else { return };
+        let Some(job) = avoidance.lock(|job| job.take()) else { return };
         let (speeds, is_trained) = slow.lock(|slow| (slow.avoid(&job), slow.deliberation.map().is_trained()));
         (fast, watch).lock(|fast, watch| {
             if job.latched.now < fast.tick {
@@ -279,7 +276,7 @@ mod app {
     #[task(binds = EXTI3, priority = 2, shared = [target, slow, fast, watch])]
     fn reach(cx: reach::Context) {
         let reach::SharedResources { mut target, mut slow, fast, watch, .. } = cx.shared;
-        let Some(job) = target.lock(Option::take) else { return };
+        let Some(job) = target.lock(|job| job.take()) else { return };
         let (speeds, is_trained) = slow.lock(|slow| (slow.reach(&job), slow.deliberation.map().is_trained()));
         (fast, watch).lock(|fast, watch| {
             if job.latched.now < fast.tick {
@@ -305,7 +302,7 @@ mod app {
             sink.send(&mut line, &[DELIMITER]);
             sink.send(&mut line, session.announce(&mut access));
         }
-        while let Some(frame) = request.lock(Option::take) {
+        while let Some(frame) = request.lock(|request| request.take()) {
             let is_hello = matches!(frame.message, FromHost::Hello(_));
             if is_hello {
                 // The tasks must not work on a controller that begins anew.
@@ -334,6 +331,18 @@ mod app {
                 cortex_m::asm::nop();
             }
         };
+        read_fifo(input, &mut decoder, &mut fast, &mut watch, &mut request)
+    }
+
+    /// Reads frames until the host has gone away. Kept out of [`idle`], whose stack frame is there all the time.
+    #[inline(never)]
+    fn read_fifo(
+        input: &mut Input,
+        decoder: &mut impl Mutex<T = &'static mut Decoder<FromHost>>,
+        fast: &mut impl Mutex<T = &'static mut Fast>,
+        watch: &mut impl Mutex<T = Watch>,
+        request: &mut impl Mutex<T = &'static mut Option<Frame<FromHost>>>,
+    ) -> ! {
         loop {
             let mut buffer = [0; FRAME_BYTES_MAX];
             let bytes = input.read(&mut buffer);
@@ -343,12 +352,35 @@ mod app {
             }
             for &byte in bytes {
                 if let Some(result) = decoder.lock(|decoder| decoder.push(byte))
-                    && deliver(result, &mut fast, &mut watch, &mut request)
+                    && deliver(result, fast, watch, request)
                 {
                     rtic::pend(SERVE);
                 }
             }
         }
+    }
+
+    /// The log, and the link over FIFOs where the host wants it.
+    #[inline(never)]
+    fn open_emulator() -> Option<Fifos> {
+        let emulator = Emulator::open();
+        if let Some(file) = emulator.log {
+            log::to_file(file);
+        }
+        emulator.fifos
+    }
+
+    #[inline(never)]
+    fn put_controller(
+        fast: &'static mut MaybeUninit<Fast>,
+        slow: &'static mut MaybeUninit<Slow>,
+    ) -> (&'static mut Fast, &'static mut Slow) {
+        let Ok(parameters) = Config::default().build::<Real, SENSORS>() else {
+            defmt::error!("the default parameters do not fit the number type of this board");
+            halt();
+        };
+        let fast = fast.write(Fast::new(parameters.reflex.clone()));
+        (fast, put_slow(slow, &parameters))
     }
 
     fn scalar_name() -> &'static str {

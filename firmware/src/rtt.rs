@@ -6,8 +6,8 @@
 
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
-/// Bytes of the ring: a few log lines, for the probe reads every few milliseconds, and RAM is scarce.
-const RING_BYTES: usize = 128;
+/// Bytes of the ring: some log lines, which are short, for the probe reads every few milliseconds, and RAM is scarce.
+const RING_BYTES: usize = 64;
 
 /// Field for field as the probe expects it; its pointers are references, thin ones.
 #[repr(C)]

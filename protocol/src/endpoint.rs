@@ -4,6 +4,8 @@
 //! guards with the priorities of its tasks; a [`Session`] reaches them through [`Access`], and holds neither for longer
 //! than it must.
 //!
+//! What a request needs is kept out of the others' stack frames (`inline(never)`): one of the boards has 8 KiB of RAM.
+//!
 //! | | lockstep | real time |
 //! | --- | --- | --- |
 //! | a tick is computed | by [`Session::serve`], on [`FromHost::Step`] | by the tasks: [`Fast::tick`], [`Slow::avoid`], [`Slow::reach`] |
@@ -127,19 +129,45 @@ impl<S: Scalar> Fast<S> {
     }
 
     /// Takes readings from the host, in real time. The latest counts; a pose or scan stays until it is taken over.
+    ///
+    /// Field by field, not as a whole that is converted first: on a small board that would be the deepest stack.
+    #[inline(never)]
     pub fn sense(&mut self, readings: &Readings) {
-        let inputs = readings.to_inputs().converted();
-        self.inputs = Inputs {
-            pose_fix: inputs.pose_fix.or(self.inputs.pose_fix),
-            scan: inputs.scan.or(self.inputs.scan),
-            exploration: if readings.exploration.is_some() {
-                inputs.exploration
-            } else {
-                self.inputs.exploration
-            },
-            ..inputs
-        };
+        self.inputs.encoders = readings.encoders;
+        if let Some(pose) = readings.pose_fix {
+            self.inputs.pose_fix = Some(Pose {
+                x_m: S::from_f32(pose.x_m),
+                y_m: S::from_f32(pose.y_m),
+                heading_rad: S::from_f32(pose.heading_rad),
+            });
+        }
+        if let Some(scan) = &readings.scan {
+            let kept = &mut self.inputs.scan.get_or_insert(Scan::EMPTY).range_m;
+            for (kept, range_m) in kept.iter_mut().zip(&scan.ranges_m) {
+                *kept = range_m.map(S::from_f32);
+            }
+        }
+        if let Some(draws) = readings.exploration {
+            self.inputs.exploration = draws.map(S::from_f32);
+        }
         self.answers = readings.tick;
+    }
+
+    /// One tick of lockstep, both halves.
+    fn step(&mut self, slow: &mut Slow<S>, readings: &Readings) -> Result<Outputs, Refusal> {
+        let now = self.tick;
+        if readings.tick != now {
+            return Err(Refusal::Tick { expected: now, found: readings.tick });
+        }
+        // Here nothing stands from one tick to the next.
+        self.inputs.pose_fix = None;
+        self.inputs.scan = None;
+        self.inputs.exploration = [S::ZERO; 2];
+        self.sense(readings);
+        let Slow { deliberation, parameters } = slow;
+        let outputs = controller::tick(&mut self.reflex, deliberation, parameters, now, &self.inputs);
+        self.tick += 1;
+        Ok(Outputs::from_core(now, &outputs, self.reflex.hash().value()))
     }
 
     /// Age of the readings that the next tick will work with.
@@ -227,6 +255,7 @@ impl<S: Scalar> Slow<S> {
         true
     }
 
+    #[inline(never)]
     fn fields(&self, column: u8) -> Fields {
         let row = |row: usize| NeuronIndex::new(usize::from(column), row);
         let (map, p) = (self.deliberation.map(), &self.parameters.neural.target);
@@ -416,6 +445,7 @@ impl Session {
     }
 
     /// The host says what it expects; it is answered with what is, and so can name what does not fit.
+    #[inline(never)]
     fn welcome<S: Scalar>(&mut self, access: &mut impl Access<S>, theirs: &Hello) -> Hello {
         let ours = Hello { time_base: theirs.time_base, ..self.hello(access) };
         self.is_open = ours.check_against(theirs).is_ok();
@@ -434,23 +464,16 @@ impl Session {
         ours
     }
 
+    #[inline(never)]
     fn step<S: Scalar>(&self, access: &mut impl Access<S>, readings: &Readings) -> FromBoard {
         if self.time_base != TimeBase::Lockstep {
             return FromBoard::Refused(Refusal::TimeBase { present: self.time_base });
         }
-        let inputs = readings.to_inputs().converted();
-        access.both(|fast, slow| {
-            let now = fast.tick;
-            if readings.tick != now {
-                return FromBoard::Refused(Refusal::Tick { expected: now, found: readings.tick });
-            }
-            let Slow { deliberation, parameters } = slow;
-            let outputs = controller::tick(&mut fast.reflex, deliberation, parameters, now, &inputs);
-            fast.tick += 1;
-            FromBoard::Outputs(Outputs::from_core(now, &outputs, fast.reflex.hash().value()))
-        })
+        let outputs = access.both(|fast, slow| fast.step(slow, readings));
+        outputs.map_or_else(FromBoard::Refused, FromBoard::Outputs)
     }
 
+    #[inline(never)]
     fn parameters<S: Scalar>(&mut self, access: &mut impl Access<S>, request: Parameters) -> FromBoard {
         let count = u8::try_from(PARAMETERS.len()).unwrap_or(u8::MAX);
         match request {
@@ -474,6 +497,7 @@ impl Session {
     }
 
     /// Builds outside of any lock, then changes everything between two ticks.
+    #[inline(never)]
     fn commit<S: Scalar>(&mut self, access: &mut impl Access<S>) -> FromBoard {
         match self.staged.build::<S, SENSORS>() {
             Ok(parameters) => {
@@ -518,6 +542,7 @@ fn no_such_neurons() -> FromBoard {
     FromBoard::Refused(Refusal::NoSuchNeurons { count: u16::try_from(COLUMNS * ROWS).unwrap_or(u16::MAX) })
 }
 
+#[inline(never)]
 fn change_checkpoints<S: Scalar>(fast: &mut Fast<S>, change: &Checkpoints) -> Result<(), Refusal> {
     let place = |point: &Point<f32>| Point::<S>::from_metres(point.x_m, point.y_m);
     let places = |points: &[Point<f32>]| -> Vec<Point<S>, CHECKPOINTS_PER_MESSAGE> {
@@ -536,6 +561,7 @@ fn change_checkpoints<S: Scalar>(fast: &mut Fast<S>, change: &Checkpoints) -> Re
     changed.map_err(Refusal::Checkpoints)
 }
 
+#[inline(never)]
 fn map<S: Scalar>(access: &mut impl Access<S>, request: &MapRequest) -> FromBoard {
     let changes = matches!(request, MapRequest::Write(_) | MapRequest::Confirm { .. } | MapRequest::Forget);
     if changes && access.fast(|fast| fast.reflex.mode()) != Mode::Standby {
@@ -570,6 +596,7 @@ fn map<S: Scalar>(access: &mut impl Access<S>, request: &MapRequest) -> FromBoar
     }
 }
 
+#[inline(never)]
 fn telemetry<S: Scalar>(access: &mut impl Access<S>) -> Telemetry {
     let (tick, mode, pose, ahead) = access.fast(|fast| {
         let pose = fast.reflex.pose(&fast.parameters);

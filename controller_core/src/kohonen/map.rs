@@ -79,6 +79,14 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Default f
 }
 
 impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O, COLUMNS, ROWS> {
+    /// All neurons at the robot: not a map yet, but a constant, which [`Map::reset`] makes a map of in its place. A
+    /// board with little memory has no room to build one elsewhere first.
+    pub const BLANK: Self = Self {
+        neurons: [[Neuron { bearing: S::WEIGHT_ZERO, distance: S::WEIGHT_ZERO, output: O::BLANK }; ROWS];
+            COLUMNS],
+        won: [0; COLUMNS],
+    };
+
     /// The untrained map: weights at regularly spaced places of the sensory space (P1, section 3.1), outputs zero.
     ///
     /// Bearings cover ±90° and distances reach a little behind: the places that one step of at most half a turn leads

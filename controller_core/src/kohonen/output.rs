@@ -13,6 +13,9 @@ pub trait Output<S: Scalar>: Copy + Debug + Default + PartialEq + Send + Sync + 
     /// The name users type and read: `indirect` or `direct`.
     const NAME: &'static str;
 
+    /// Of a neuron that has learned nothing: the same as its default, where a constant is needed.
+    const BLANK: Self;
+
     /// The command for a place `u` near this neuron's weight; not yet limited to c*.
     fn command(&self, place: Features<S>) -> Command<S>;
 
@@ -57,6 +60,8 @@ fn largest_within_unit<S: Scalar>(offset: S, slope: S, limit: S) -> S {
 
 impl<S: Scalar> Output<S> for ControlMatrix<S::Weight> {
     const NAME: &'static str = "indirect";
+
+    const BLANK: Self = Self { left: [S::WEIGHT_ZERO; 2], right: [S::WEIGHT_ZERO; 2] };
 
     fn command(&self, u: Features<S>) -> Command<S> {
         Command { left: dot(self.left, u), right: dot(self.right, u) }
@@ -103,6 +108,8 @@ pub struct MotorVector<W> {
 
 impl<S: Scalar> Output<S> for MotorVector<S::Weight> {
     const NAME: &'static str = "direct";
+
+    const BLANK: Self = Self { left: S::WEIGHT_ZERO, right: S::WEIGHT_ZERO };
 
     fn command(&self, _: Features<S>) -> Command<S> {
         Command { left: S::from_weight(self.left), right: S::from_weight(self.right) }

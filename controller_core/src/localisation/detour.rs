@@ -55,6 +55,9 @@ fn nearest<S: Scalar>(detections: impl Iterator<Item = Polar<S>>) -> Option<Pola
 }
 
 impl<S: Scalar> Detour<S> {
+    /// Nothing known, no detour under way.
+    pub const NONE: Self = Self { nearest_m: None, stuck_ms: 0, following: None };
+
     /// Takes note of where the target is, `elapsed_ms` after the last time, and says where to go: the target itself, or
     /// a place along the wall.
     pub fn direct(

@@ -34,6 +34,9 @@ pub struct ObstacleMemory<S, const POINTS: usize> {
 }
 
 impl<S: Scalar, const POINTS: usize> ObstacleMemory<S, POINTS> {
+    /// Nothing remembered.
+    pub const EMPTY: Self = Self { points: Vec::new() };
+
     /// Lets `elapsed_ms` pass and forgets what is too old.
     pub fn age(&mut self, p: &MemoryParameters<S>, elapsed_ms: u16) {
         for point in &mut self.points {

@@ -81,6 +81,9 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> Default for ObstacleFie
 }
 
 impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMNS, ROWS> {
+    /// No obstacle.
+    pub const EMPTY: Self = Self { sum: [[S::WEIGHT_ZERO; ROWS]; COLUMNS] };
+
     /// Renews the fields from what the sensors detect.
     pub fn renew<O: Output<S>, const SENSORS: usize>(
         &mut self,

@@ -153,6 +153,7 @@ impl Scalar for Fixed {
 
     const NAME: &'static str = "fixed";
     const ZERO: Self = Self(I12F20::ZERO);
+    const WEIGHT_ZERO: FixedWeight = FixedWeight(I4F12::ZERO);
     const ONE: Self = Self(I12F20::ONE);
     const HALF: Self = Self::constant("0.5");
     const PI: Self = Self(I12F20::PI);
