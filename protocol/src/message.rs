@@ -172,7 +172,7 @@ pub enum ScalarKind {
 /// Who advances the tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum TimeBase {
-    /// The host: one [`Step`], one tick.
+    /// The host: one [`FromHost::Step`], one tick.
     Lockstep,
     /// The board's timer: one tick per millisecond.
     RealTime,
