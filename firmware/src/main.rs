@@ -29,6 +29,7 @@ mod link;
 #[rtic::app(device = firmware::board::pac, peripherals = true)]
 mod app {
     use controller_core::config::Config;
+    use core::mem::MaybeUninit;
     use cortex_m::peripheral::SCB;
     use cortex_m::peripheral::syst::SystClkSource;
     use firmware::board::{Board, Real, This, pac::Interrupt};
@@ -88,7 +89,7 @@ mod app {
     }
 
     #[init(local = [
-        slow: Option<Slow> = None,
+        slow: MaybeUninit<Slow> = MaybeUninit::uninit(),
         ring_in: Queue<u8, RECEIVED_BYTES> = Queue::new(),
         ring_out: Queue<u8, TO_SEND_BYTES> = Queue::new(),
     ])]
@@ -113,7 +114,8 @@ mod app {
             halt();
         };
         let fast = Fast::new(parameters.reflex.clone());
-        let slow = cx.local.slow.insert(Slow::new(parameters));
+        // Built in place, and in RAM that needs no image in flash.
+        let slow = cx.local.slow.write(Slow::new(parameters));
         let session = Session::new(Identity { board: This::ID, build_id }, epoch());
 
         let (received, to_decode) = cx.local.ring_in.split();
