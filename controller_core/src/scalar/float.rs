@@ -37,7 +37,7 @@ impl Scalar for f32 {
 
     const NAME: &'static str = "f32";
     const ZERO: Self = 0.0;
-    const WEIGHT_ZERO: f32 = 0.0;
+    const WEIGHT_ZERO: Self = 0.0;
     const ONE: Self = 1.0;
     const HALF: Self = 0.5;
     const PI: Self = core::f32::consts::PI;
