@@ -44,7 +44,11 @@ pub struct Decision<S> {
 }
 
 /// `e_i` of every neuron; what is untrained or already judged counts as [`OUT`].
-struct Activities<S: Scalar, const COLUMNS: usize, const ROWS: usize>([[S::Weight; ROWS]; COLUMNS]);
+struct Activities<S: Scalar, const COLUMNS: usize, const ROWS: usize> {
+    of: [[S::Weight; ROWS]; COLUMNS],
+    /// The largest of each column.
+    largest: [S; COLUMNS],
+}
 
 /// Below any activity: inhibition saturates at −8 in 16 bits.
 const OUT: i32 = -8;
@@ -57,30 +61,39 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> Activities<S, COLUMNS, 
         obstacles: &ObstacleField<S, COLUMNS, ROWS>,
     ) -> Self {
         let out = S::from_i32(OUT);
-        let mut activities = [[out.to_weight(); ROWS]; COLUMNS];
-        for (index, place) in map.places(Eligible::Trained) {
-            let e = target.activity(&parameters.target, place) - obstacles.inhibition(index);
-            activities[usize::from(index.column)][usize::from(index.row)] = e.max(out).to_weight();
+        let mut all = Self { of: [[out.to_weight(); ROWS]; COLUMNS], largest: [out; COLUMNS] };
+        let columns = all.of.iter_mut().zip(&mut all.largest).enumerate();
+        for (column, (activities, largest)) in columns {
+            let Some(inhibitions) = obstacles.column(column) else { break };
+            for (row, place) in map.rows(column, Eligible::Trained) {
+                let inhibition = S::from_weight(inhibitions[row]);
+                let e = target.activity(&parameters.target, place) - inhibition;
+                activities[row] = e.max(out).to_weight();
+                // What is stored, which has fewer bits.
+                *largest = largest.max(S::from_weight(activities[row]));
+            }
         }
-        Self(activities)
+        all
     }
 
     /// Takes out the neuron with the largest activity, ties to the lower index.
     fn pop_best(&mut self) -> Option<(NeuronIndex, S)> {
-        let mut best = (0, 0, S::from_i32(OUT));
-        for (column, activities) in self.0.iter().enumerate() {
-            for (row, &stored) in activities.iter().enumerate() {
-                let e = S::from_weight(stored);
-                if e > best.2 {
-                    best = (column, row, e);
-                }
+        let out = S::from_i32(OUT);
+        let mut best = (0, out);
+        for (column, &largest) in self.largest.iter().enumerate() {
+            if largest > best.1 {
+                best = (column, largest);
             }
         }
-        let (column, row, e) = best;
-        if e <= S::from_i32(OUT) {
+        let (column, e) = best;
+        if e <= out {
             return None;
         }
-        self.0[column][row] = S::from_i32(OUT).to_weight();
+        let activities = &mut self.of[column];
+        let row = activities.iter().position(|&stored| S::from_weight(stored) >= e)?;
+        activities[row] = out.to_weight();
+        self.largest[column] =
+            activities.iter().fold(out, |largest, &stored| largest.max(S::from_weight(stored)));
         Some((NeuronIndex::new(column, row), e))
     }
 }
