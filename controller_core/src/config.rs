@@ -27,6 +27,8 @@ use crate::servo::ServoParameters;
 
 mod parameters;
 
+use parameters::{SLOTS, number_of};
+
 pub use parameters::{Kind, PARAMETER_COUNT, PARAMETERS, Parameter};
 
 /// Which architecture drives the robot between checkpoints.
@@ -404,19 +406,72 @@ impl Default for SafetyConfig {
 }
 
 /// A number that cannot be used: which, what it is, and what it must be.
+///
+/// Held as numbers, so that a program that shows it to nobody need not hold the words.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConfigError {
+    number: u8,
+    value: f32,
+    must: Must,
+}
+
+/// What a number must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Must {
+    BeInRange,
+    BeWhole,
+    BeListed,
+    ReachSpeedLimit,
+    BeMultipleOfPeriod,
+    ExceedPeriod,
+    FitFixedPoint,
+}
+
+impl ConfigError {
+    const NO_PARAMETER: u8 = u8::MAX;
+
+    /// Number of the parameter that cannot be used; `None` where there is no such parameter.
+    #[must_use]
+    pub fn index(&self) -> Option<usize> {
+        Some(usize::from(self.number)).filter(|&index| index < PARAMETER_COUNT)
+    }
+
     /// The field, as written in a configuration file: `servo.stall_share`.
-    pub field: &'static str,
+    #[must_use]
+    pub fn field(&self) -> &'static str {
+        self.parameter().map_or("number of the parameter", |parameter| parameter.name)
+    }
+
     /// Its value.
-    pub value: f32,
+    #[must_use]
+    pub fn value(&self) -> f32 {
+        self.value
+    }
+
     /// What it must be.
-    pub must: &'static str,
+    #[must_use]
+    pub fn must(&self) -> &'static str {
+        match self.must {
+            Must::BeInRange => self.parameter().map_or("", |parameter| parameter.must),
+            Must::BeWhole => "a whole number",
+            Must::BeListed => "in the list of parameters",
+            Must::ReachSpeedLimit => "at least robot.speed_limit_mps",
+            Must::BeMultipleOfPeriod => "a multiple of schedule.avoidance_period_ms",
+            Must::ExceedPeriod => "longer than schedule.avoidance_period_ms",
+            Must::FitFixedPoint => {
+                "at most 2,000 / robot.wheel_base_m in fixed point (divide finer encoders)"
+            }
+        }
+    }
+
+    fn parameter(&self) -> Option<&'static Parameter> {
+        PARAMETERS.get(usize::from(self.number))
+    }
 }
 
 impl core::fmt::Display for ConfigError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{} = {}: must be {}", self.field, self.value, self.must)
+        write!(f, "{} = {}: must be {}", self.field(), self.value, self.must())
     }
 }
 
@@ -428,13 +483,8 @@ fn positive<S: Scalar>(share: f32) -> Option<S> {
 }
 
 /// `Ok` where the value is a number within `low..=high`.
-fn within(
-    field: &'static str,
-    value: f32,
-    (low, high): (f32, f32),
-    must: &'static str,
-) -> Result<(), ConfigError> {
-    if value >= low && value <= high { Ok(()) } else { Err(ConfigError { field, value, must }) }
+fn within(number: u8, value: f32, (low, high): (f32, f32), must: Must) -> Result<(), ConfigError> {
+    if value >= low && value <= high { Ok(()) } else { Err(ConfigError { number, value, must }) }
 }
 
 impl Config {
@@ -443,8 +493,8 @@ impl Config {
     /// # Errors
     /// The first field that cannot be used, with its value and what it must be.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        for parameter in &PARAMETERS {
-            parameter.check((parameter.read)(self))?;
+        for (number, slot) in (0..).zip(&SLOTS) {
+            slot.check(number, (slot.read)(self))?;
         }
         self.validate_rules()
     }
@@ -452,26 +502,28 @@ impl Config {
     /// Checks what one number demands of another; each alone is within its range.
     fn validate_rules(&self) -> Result<(), ConfigError> {
         within(
-            "servo.free_speed_mps",
+            const { number_of("servo.free_speed_mps") },
             self.servo.free_speed_mps,
             (self.robot.speed_limit_mps, f32::MAX),
-            "at least robot.speed_limit_mps",
+            Must::ReachSpeedLimit,
         )?;
         let period = self.schedule.avoidance_period_ms;
         // A field renewed between two scans would be integrated with one of another moment.
-        let multiple = |field, value: u16| {
-            let must = "a multiple of schedule.avoidance_period_ms";
+        let multiple = |number, value: u16| {
             if value.is_multiple_of(period) {
                 Ok(())
             } else {
-                Err(ConfigError { field, value: f32::from(value), must })
+                Err(ConfigError { number, value: f32::from(value), must: Must::BeMultipleOfPeriod })
             }
         };
-        multiple("schedule.target_period_ms", self.schedule.target_period_ms)?;
-        multiple("schedule.step_ms", self.schedule.step_ms)?;
-        let period = f32::from(period);
-        let must = "longer than schedule.avoidance_period_ms";
-        within("safety.scan_age_max_ms", f32::from(self.safety.scan_age_max_ms), (period, f32::MAX), must)
+        multiple(const { number_of("schedule.target_period_ms") }, self.schedule.target_period_ms)?;
+        multiple(const { number_of("schedule.step_ms") }, self.schedule.step_ms)?;
+        within(
+            const { number_of("safety.scan_age_max_ms") },
+            f32::from(self.safety.scan_age_max_ms),
+            (f32::from(period), f32::MAX),
+            Must::ExceedPeriod,
+        )
     }
 
     /// Validates, and converts into the controller's scalar and units.
@@ -548,11 +600,10 @@ impl Config {
         let counts_per_radian = self.counts_per_radian();
         // The only number that valid fields can bring beyond what fixed point holds in a robot one could build.
         if S::from_f32(counts_per_radian).to_f32() < 0.99 * counts_per_radian {
-            let must = "at most 2,000 / robot.wheel_base_m in fixed point (divide finer encoders)";
             return Err(ConfigError {
-                field: "robot.encoder_counts_per_m",
+                number: const { number_of("robot.encoder_counts_per_m") },
                 value: self.robot.encoder_counts_per_m,
-                must,
+                must: Must::FitFixedPoint,
             });
         }
         Ok(())
@@ -767,7 +818,7 @@ mod tests {
         let mut config = Config::default();
         config.robot.wheel_base_m = 0.5;
         config.build::<f32, 12>().unwrap();
-        assert_eq!(config.build::<Fixed, 12>().unwrap_err().field, "robot.encoder_counts_per_m");
+        assert_eq!(config.build::<Fixed, 12>().unwrap_err().field(), "robot.encoder_counts_per_m");
         config.robot.encoder_counts_per_m = 3900.0;
         config.build::<Fixed, 12>().unwrap();
     }
@@ -791,12 +842,12 @@ mod tests {
         assert_eq!(error.to_string(), "servo.stall_share = 1.5: must be between 0 and 1");
         let mut config = Config::default();
         config.robot.wheel_base_m = f32::NAN;
-        assert_eq!(config.validate().unwrap_err().field, "robot.wheel_base_m");
+        assert_eq!(config.validate().unwrap_err().field(), "robot.wheel_base_m");
         let mut config = Config::default();
         config.schedule.target_period_ms = 300;
-        assert_eq!(config.validate().unwrap_err().field, "schedule.target_period_ms");
+        assert_eq!(config.validate().unwrap_err().field(), "schedule.target_period_ms");
         let mut config = Config::default();
         config.safety.scan_age_max_ms = 100;
-        assert_eq!(config.validate().unwrap_err().field, "safety.scan_age_max_ms");
+        assert_eq!(config.validate().unwrap_err().field(), "safety.scan_age_max_ms");
     }
 }

@@ -16,6 +16,12 @@ use crate::scalar::Scalar;
 /// ```
 #[must_use]
 pub fn wrap<S: Scalar>(angle_rad: S) -> S {
+    if angle_rad >= -S::PI && angle_rad < S::PI { angle_rad } else { turn_back(angle_rad) }
+}
+
+/// [`wrap`] where there is something to do; apart, because mostly there is nothing.
+#[inline(never)]
+fn turn_back<S: Scalar>(angle_rad: S) -> S {
     let mut angle = angle_rad;
     for _ in 0..4 {
         if angle >= S::PI {

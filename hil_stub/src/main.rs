@@ -39,7 +39,7 @@ struct Cli {
     #[arg(long, value_enum, default_value_t = ScalarArg::F32)]
     scalar: ScalarArg,
     /// With --tcp: end when the first host has gone away, instead of waiting for the next
-    #[arg(long, requires = "tcp")]
+    #[arg(long, conflicts_with_all = ["pty", "stdio"])]
     once: bool,
     #[command(flatten)]
     faults: Faults,

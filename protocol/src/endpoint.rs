@@ -12,7 +12,7 @@
 //! | readings come with | the step | [`FromHost::Sense`], the latest counts |
 //! | silence of the host | means nothing | stops the motors after [`LINK_SILENT_MS`] |
 
-use controller_core::config::{Config, ConfigError, PARAMETERS, Parameters as CoreParameters};
+use controller_core::config::{Config, ConfigError, PARAMETER_COUNT, Parameters as CoreParameters};
 use controller_core::controller::{self, Inputs, Mode};
 use controller_core::deliberation::Deliberation;
 use controller_core::kohonen::lattice::NeuronIndex;
@@ -502,7 +502,7 @@ impl Session {
 
     #[inline(never)]
     fn parameters<S: Scalar>(&mut self, access: &mut impl Access<S>, request: Parameters) -> FromBoard {
-        let count = u8::try_from(PARAMETERS.len()).unwrap_or(u8::MAX);
+        let count = u8::try_from(PARAMETER_COUNT).unwrap_or(u8::MAX);
         match request {
             Parameters::Get { index } => match self.staged.get(usize::from(index)) {
                 Some(value) => FromBoard::Parameter(ParameterValue { index, value }),
@@ -536,8 +536,7 @@ impl Session {
                 FromBoard::Done
             }
             Err(error) => {
-                let index = PARAMETERS.iter().position(|parameter| parameter.name == error.field);
-                let index = index.unwrap_or_default();
+                let index = error.index().unwrap_or_default();
                 FromBoard::Refused(Refusal::BadParameter { index: u8::try_from(index).unwrap_or(u8::MAX) })
             }
         }

@@ -51,7 +51,7 @@ const _: () = {
 /// A whole and valid frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame<M> {
-    /// Which request this is, or which it answers; 0 for what the board says unasked.
+    /// Which request this is, or which it answers; 0 for what is neither asked nor answered.
     pub sequence: u8,
     /// What it says.
     pub message: M,

@@ -2,6 +2,9 @@
 //!
 //! * [`message`]: what is said, one enum per direction ([`FromHost`], [`FromBoard`])
 //! * [`codec`]: a message to bytes and back ([`to_slice`], [`from_bytes`]), as [postcard] bodies
+//! * [`frame`]: where a message begins and ends in a stream of bytes, and that it is whole
+//! * [`schema`]: the shape of all messages as a number, by which two ends know that they mean the same
+//! * [`endpoint`]: the board's end, which says what a board does with each request
 //! * [`map_file`]: a learned map with its provenance, as one self-checking block of bytes
 //!
 //! Firmware, `hil_stub` and `host_sim` share this crate, so that the two ends cannot disagree about a field. It has
@@ -17,13 +20,10 @@
 //!   the error names the field. What may be absent is an `Option`, never a special number.
 //! * **Lists are bounded** by their type, so the largest body is known at compile time ([`Message::MAX_BYTES`]).
 //! * **Variants are only ever appended**: the position of a variant is its number on the wire.
+//! * **One message, one encoding**: what is accepted is what would be sent, byte by byte.
+//! * **Damage is noticed**: by the CRC of the frame, and of the map file.
 //!
-//! # What is not here yet
-//!
-//! Bodies alone do not make a link. Frames (COBS with a zero delimiter), sequence numbers, the frame CRC, keys from a
-//! schema hash, parameters, telemetry and map transfer come with the firmware. Until then nothing may assume that
-//! damage to a message body is noticed: [`from_bytes`] refuses what cannot be a message, not every flipped bit. The
-//! map file has its own CRC and notices them.
+//! `docs/wire_format.md` in the repository describes the wire for those who write another end.
 //!
 //! [postcard]: https://postcard.jamesmunns.com
 //! [`Fixed`]: controller_core::scalar::Fixed

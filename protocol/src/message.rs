@@ -4,6 +4,9 @@
 //! sequence number of its frame. Unasked, under sequence number 0, the board says [`FromBoard::Hello`] when it has
 //! started, and in real time [`FromBoard::Outputs`] each tick and [`FromBoard::Fault`] when the wheels were stopped.
 //!
+//! Readings, which nobody answers, go under sequence number 0 too: under a number they would let the others come round
+//! sooner, to where the board takes a new request for the last one again.
+//!
 //! The number of a variant is its position, first byte of the body; variants are only ever appended:
 //!
 //! | | [`FromHost`] | answered by | [`FromBoard`] |
@@ -169,7 +172,7 @@ pub enum ScalarKind {
 /// Who advances the tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum TimeBase {
-    /// The host: one [`Step`], one tick.
+    /// The host: one [`FromHost::Step`], one tick.
     Lockstep,
     /// The board's timer: one tick per millisecond.
     RealTime,

@@ -1,9 +1,4 @@
 //! `docs/wire_format.md` says what the code does: its tables, numbers and example are compared with it.
-#![expect(
-    clippy::unwrap_used,
-    reason = "clippy.toml allows it in #[test] functions; the helpers here are part of them"
-)]
-
 use controller_core::units::EncoderCounts;
 use core::fmt::Write;
 use postcard_schema::Schema;

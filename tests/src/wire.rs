@@ -60,7 +60,7 @@ fn decode<M: Message + Clone + Debug + PartialEq>(bytes: &[u8], next: &M) {
 /// The first byte opens the conversation: bit 0 real time instead of lockstep, bit 1 no hello. Then come requests, each
 /// of a control byte, a length, and as many bytes of body. Control: bit 7 the sequence number of the request before,
 /// bit 6 the tick of readings as it stands instead of the right one, the low 4 bits how many ticks of real time pass
-/// behind the request. What exceeds [`REQUESTS_MAX`] and [`TICKS_MAX`] is left out: more sessions find more than
+/// behind the request. What exceeds `REQUESTS_MAX` and `TICKS_MAX` is left out: more sessions find more than
 /// longer ones.
 ///
 /// # Panics

@@ -7,7 +7,7 @@
 //! Rules between parameters are not here: the order in which parameters are set must not matter, so
 //! [`Config::validate`] checks those when all are set.
 
-use super::{Architecture, Config, ConfigError, WiringKind, within};
+use super::{Architecture, Config, ConfigError, Must, WiringKind, within};
 use crate::localisation::obstacle::FieldCentre;
 use crate::motor_control::Beyond;
 use crate::state_hash::StateHash;
@@ -27,8 +27,28 @@ pub struct Parameter {
     pub must: &'static str,
     /// Which of the numbers within the range are meant.
     pub kind: Kind,
+    number: u8,
+}
+
+/// What is needed to read and set a parameter, without its words: those a microcontroller has no room for.
+pub(super) struct Slot {
+    low: f32,
+    high: f32,
+    is_whole: bool,
     pub(super) read: fn(&Config) -> f32,
     write: fn(&mut Config, f32),
+}
+
+impl Slot {
+    /// As [`Parameter::check`]; this is the slot of parameter `number`.
+    pub(super) fn check(&self, number: u8, value: f32) -> Result<(), ConfigError> {
+        within(number, value, (self.low, self.high), Must::BeInRange)?;
+        if !self.is_whole || value - f32::from(count(value)) == 0.0 {
+            Ok(())
+        } else {
+            Err(ConfigError { number, value, must: Must::BeWhole })
+        }
+    }
 }
 
 /// Which numbers a parameter takes.
@@ -46,7 +66,7 @@ impl Parameter {
     /// The value in [`Config::default`].
     #[must_use]
     pub fn default_value(&self) -> f32 {
-        (self.read)(&Config::default())
+        Config::default().get(usize::from(self.number)).unwrap_or_default()
     }
 
     /// Whether the parameter may have this value, as far as it alone can tell.
@@ -54,11 +74,9 @@ impl Parameter {
     /// # Errors
     /// Not a number, out of range, or a fraction of what is counted or chosen.
     pub fn check(&self, value: f32) -> Result<(), ConfigError> {
-        within(self.name, value, (self.low, self.high), self.must)?;
-        if self.kind == Kind::Real || value - f32::from(count(value)) == 0.0 {
-            Ok(())
-        } else {
-            Err(ConfigError { field: self.name, value, must: "a whole number" })
+        match SLOTS.get(usize::from(self.number)) {
+            Some(slot) => slot.check(self.number, value),
+            None => Ok(()),
         }
     }
 }
@@ -67,7 +85,7 @@ impl Config {
     /// The parameter of this number, in the unit of the list; `None` beyond its end.
     #[must_use]
     pub fn get(&self, index: usize) -> Option<f32> {
-        PARAMETERS.get(index).map(|parameter| (parameter.read)(self))
+        SLOTS.get(index).map(|slot| (slot.read)(self))
     }
 
     /// Sets the parameter of this number. Whether it goes with the others is for [`Config::validate`] to say.
@@ -75,16 +93,12 @@ impl Config {
     /// # Errors
     /// There is no such parameter, or the value is none that it may have; nothing is changed.
     pub fn set(&mut self, index: usize, value: f32) -> Result<(), ConfigError> {
-        let Some(parameter) = PARAMETERS.get(index) else {
+        let Some((slot, number)) = SLOTS.get(index).zip(u8::try_from(index).ok()) else {
             let value = u16::try_from(index).map_or(f32::INFINITY, f32::from);
-            return Err(ConfigError {
-                field: "number of the parameter",
-                value,
-                must: "in the list of parameters",
-            });
+            return Err(ConfigError { number: ConfigError::NO_PARAMETER, value, must: Must::BeListed });
         };
-        parameter.check(value)?;
-        (parameter.write)(self, value);
+        slot.check(number, value)?;
+        (slot.write)(self, value);
         Ok(())
     }
 
@@ -92,20 +106,31 @@ impl Config {
     #[must_use]
     pub fn hash(&self) -> u64 {
         let mut hash = StateHash::default();
-        for parameter in &PARAMETERS {
+        for slot in &SLOTS {
             // −0 + 0 is 0: numbers that are equal and act alike must hash alike.
-            hash.add((parameter.read)(self) + 0.0);
+            hash.add((slot.read)(self) + 0.0);
         }
         hash.value()
     }
 }
 
-impl ConfigError {
-    /// Number of the parameter that cannot be used; `None` where there is no such parameter.
-    #[must_use]
-    pub fn index(&self) -> Option<usize> {
-        PARAMETERS.iter().position(|parameter| parameter.name == self.field)
+/// The number of the parameter of this name, for use in constants: a name that is none does not compile.
+pub(super) const fn number_of(name: &str) -> u8 {
+    let (mut number, mut found) = (0, 0);
+    while !is_same(NAMES[found], name) {
+        found += 1;
+        number += 1;
     }
+    number
+}
+
+const fn is_same(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let mut at = 0;
+    while at < a.len() && at < b.len() && a[at] == b[at] {
+        at += 1;
+    }
+    at == a.len() && at == b.len()
 }
 
 /// What a field of [`Config`] can be.
@@ -173,11 +198,14 @@ choices! {
     FieldCentre { 0 "sensed" Sensed, 1 "neuron" Neuron }
 }
 
-/// Makes [`PARAMETERS`] of lines `field: type, "unit", low, high => "what it must be"`.
+/// Makes [`PARAMETERS`] and [`SLOTS`] of lines `field: type, "unit", low, high => "what it must be"`.
 macro_rules! parameters {
     ($($group:ident $(. $field:ident)?: $type:ty, $unit:literal, $low:literal, $high:literal => $must:expr;)+) => {
         /// How many parameters there are.
         pub const PARAMETER_COUNT: usize = [$($low),+].len();
+
+        const NAMES: [&str; PARAMETER_COUNT] =
+            [$(concat!(stringify!($group) $(, ".", stringify!($field))?)),+];
 
         /// All parameters, each at its number. Only ever appended to.
         pub static PARAMETERS: [Parameter; PARAMETER_COUNT] = [$(Parameter {
@@ -187,6 +215,13 @@ macro_rules! parameters {
             high: $high,
             must: $must,
             kind: <$type as Value>::KIND,
+            number: number_of(concat!(stringify!($group) $(, ".", stringify!($field))?)),
+        }),+];
+
+        pub(super) static SLOTS: [Slot; PARAMETER_COUNT] = [$(Slot {
+            low: $low,
+            high: $high,
+            is_whole: !matches!(<$type as Value>::KIND, Kind::Real),
             read: |config| <$type as Value>::read(config.$group$(.$field)?),
             write: |config, number| config.$group$(.$field)? = <$type as Value>::write(number),
         }),+];

@@ -44,7 +44,11 @@ pub struct Decision<S> {
 }
 
 /// `e_i` of every neuron; what is untrained or already judged counts as [`OUT`].
-struct Activities<S: Scalar, const COLUMNS: usize, const ROWS: usize>([[S::Weight; ROWS]; COLUMNS]);
+struct Activities<S: Scalar, const COLUMNS: usize, const ROWS: usize> {
+    of: [[S::Weight; ROWS]; COLUMNS],
+    /// The largest of each column.
+    largest: [S; COLUMNS],
+}
 
 /// Below any activity: inhibition saturates at −8 in 16 bits.
 const OUT: i32 = -8;
@@ -59,35 +63,42 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> Activities<S, COLUMNS, 
         obstacles: &ObstacleField<S, COLUMNS, ROWS>,
     ) {
         let out = S::from_i32(OUT);
-        self.0.as_flattened_mut().fill(out.to_weight());
-        for (index, place) in map.places(Eligible::Trained) {
-            let e = target.activity(&parameters.target, place) - obstacles.inhibition(index);
-            if let Some(stored) = self.at(usize::from(index.column), usize::from(index.row)) {
+        self.of.as_flattened_mut().fill(out.to_weight());
+        self.largest = [out; COLUMNS];
+        let columns = self.of.iter_mut().zip(&mut self.largest).enumerate();
+        for (column, (activities, largest)) in columns {
+            let Some(inhibitions) = obstacles.column(column) else { break };
+            for (row, place) in map.rows(column, Eligible::Trained) {
+                let (Some(stored), Some(&inhibition)) = (activities.get_mut(row), inhibitions.get(row))
+                else {
+                    break;
+                };
+                let e = target.activity(&parameters.target, place) - S::from_weight(inhibition);
                 *stored = e.max(out).to_weight();
+                // What is stored, which has fewer bits.
+                *largest = largest.max(S::from_weight(*stored));
             }
         }
-    }
-
-    fn at(&mut self, column: usize, row: usize) -> Option<&mut S::Weight> {
-        self.0.get_mut(column).and_then(|rows| rows.get_mut(row))
     }
 
     /// Takes out the neuron with the largest activity, ties to the lower index.
     fn pop_best(&mut self) -> Option<(NeuronIndex, S)> {
-        let mut best = (0, 0, S::from_i32(OUT));
-        for (column, activities) in self.0.iter().enumerate() {
-            for (row, &stored) in activities.iter().enumerate() {
-                let e = S::from_weight(stored);
-                if e > best.2 {
-                    best = (column, row, e);
-                }
+        let out = S::from_i32(OUT);
+        let mut best = (0, out);
+        for (column, &largest) in self.largest.iter().enumerate() {
+            if largest > best.1 {
+                best = (column, largest);
             }
         }
-        let (column, row, e) = best;
-        if e <= S::from_i32(OUT) {
+        let (column, e) = best;
+        if e <= out {
             return None;
         }
-        *self.at(column, row)? = S::from_i32(OUT).to_weight();
+        let activities = self.of.get_mut(column)?;
+        let row = activities.iter().position(|&stored| S::from_weight(stored) >= e)?;
+        *activities.get_mut(row)? = out.to_weight();
+        let rest = activities.iter().fold(out, |largest, &stored| largest.max(S::from_weight(stored)));
+        *self.largest.get_mut(column)? = rest;
         Some((NeuronIndex::new(column, row), e))
     }
 }
@@ -104,7 +115,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
 ) -> Option<Decision<S>> {
     let mut best: Option<Decision<S>> = None;
     let mut count = 0_u16;
-    let mut activities = Activities([[S::WEIGHT_ZERO; ROWS]; COLUMNS]);
+    let mut activities = Activities { of: [[S::WEIGHT_ZERO; ROWS]; COLUMNS], largest: [S::ZERO; COLUMNS] };
     activities.set(map, parameters, target, obstacles);
     while let Some((index, e)) = activities.pop_best() {
         if best.is_some_and(|decision| decision.activity >= e) {

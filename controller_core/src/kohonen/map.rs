@@ -173,15 +173,28 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
         column: usize,
         eligible: Eligible,
     ) -> impl Iterator<Item = (NeuronIndex, Features<S>)> + '_ {
-        let won = self.won.get(column).copied().unwrap_or_default();
+        self.rows(column, eligible).map(move |(row, place)| (NeuronIndex::new(column, row), place))
+    }
+
+    /// The eligible neurons of one column, as row and weight: for the loops over all neurons.
+    #[inline]
+    pub(crate) fn rows(
+        &self,
+        column: usize,
+        eligible: Eligible,
+    ) -> impl Iterator<Item = (usize, Features<S>)> + '_ {
+        let won = if eligible == Eligible::All {
+            u32::MAX
+        } else {
+            self.won.get(column).copied().unwrap_or_default()
+        };
         let neurons = self.neurons.get(column).map_or(&[][..], |neurons| &neurons[..]);
-        let eligible = move |row: usize| eligible == Eligible::All || won >> row & 1 == 1;
-        neurons.iter().enumerate().filter(move |&(row, _)| eligible(row)).map(move |(row, neuron)| {
+        neurons.iter().enumerate().filter(move |&(row, _)| won >> (row % 32) & 1 == 1).map(|(row, neuron)| {
             let place = Features {
                 bearing: S::from_weight(neuron.bearing),
                 distance: S::from_weight(neuron.distance),
             };
-            (NeuronIndex::new(column, row), place)
+            (row, place)
         })
     }
 
@@ -189,7 +202,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
     #[must_use]
     pub fn spans(&self, eligible: Eligible) -> Spans<S, COLUMNS> {
         let span = |column| {
-            let bearings = self.column_places(column, eligible).map(|(_, place)| place.bearing);
+            let bearings = self.rows(column, eligible).map(|(_, place)| place.bearing);
             bearings.fold(None, |span: Option<(S, S)>, bearing| {
                 Some(span.map_or((bearing, bearing), |(least, most)| (least.min(bearing), most.max(bearing))))
             })
@@ -218,7 +231,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
     ) -> Option<NeuronIndex> {
         let offset = |at: Features<S>| angle_between(at.bearing, place.bearing);
         let nearest_in = |column| {
-            let offsets = self.column_places(column, spans.eligible).map(|(_, at)| offset(at).abs());
+            let offsets = self.rows(column, spans.eligible).map(|(_, at)| offset(at).abs());
             offsets.reduce(S::min)
         };
         // The bearings of a column are no nearer than its span; so most columns are settled by that alone.
@@ -234,12 +247,12 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
             }
         }
         let admitted = nearest + parameters.bearing_tolerance;
-        let mut best: Option<(S, NeuronIndex)> = None;
+        let mut best: Option<(S, usize, usize)> = None;
         for (column, bound) in known() {
             if bound > admitted {
                 continue;
             }
-            for (index, at) in self.column_places(column, spans.eligible) {
+            for (row, at) in self.rows(column, spans.eligible) {
                 let bearing = offset(at);
                 if bearing.abs() > admitted {
                     continue;
@@ -247,12 +260,12 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
                 let distance = place.distance - at.distance;
                 let difference = parameters.bearing_weight * bearing * bearing
                     + parameters.distance_weight * distance * distance;
-                if best.is_none_or(|(least, _)| difference < least) {
-                    best = Some((difference, index));
+                if best.is_none_or(|(least, ..)| difference < least) {
+                    best = Some((difference, column, row));
                 }
             }
         }
-        best.map(|(_, index)| index)
+        best.map(|(_, column, row)| NeuronIndex::new(column, row))
     }
 
     /// `M_k u` (or `c_k`), not yet limited to c*.

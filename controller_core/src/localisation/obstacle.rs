@@ -16,7 +16,7 @@ use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::{Eligible, Map, WinnerParameters};
 use crate::kohonen::output::Output;
 use crate::scalar::Scalar;
-use crate::units::{Polar, angle_between};
+use crate::units::{Polar, angle_between, wrap};
 
 /// Where an obstacle field is centred.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,6 +46,9 @@ pub struct ObstacleFieldParameters<S> {
 /// exp(−16) is a ten-millionth: a field that weak decides nothing, so its exponential is not computed.
 const NEGLIGIBLE_EXPONENT: i32 = 16;
 
+/// Far above the rounding of either scalar when a bearing is turned by π.
+const TURNING_SLACK_RAD: f32 = 1e-3;
+
 /// So far aside of an obstacle its field is negligible at any distance.
 fn is_aside<S: Scalar>(p: &ObstacleFieldParameters<S>, aside_rad: S) -> bool {
     let bearing = aside_rad * p.bearing_steepness;
@@ -55,11 +58,7 @@ fn is_aside<S: Scalar>(p: &ObstacleFieldParameters<S>, aside_rad: S) -> bool {
 /// The activity that one obstacle at `centre` gives to an unfolded place (P2 Eq. 6, 7).
 #[must_use]
 pub fn activity<S: Scalar>(p: &ObstacleFieldParameters<S>, centre: Features<S>, place: Features<S>) -> S {
-    let aside = angle_between(centre.bearing, place.bearing);
-    if is_aside(p, aside) {
-        return S::ZERO;
-    }
-    let bearing = aside * p.bearing_steepness;
+    let bearing = angle_between(centre.bearing, place.bearing) * p.bearing_steepness;
     let across = bearing * bearing;
     let beyond = place.distance - centre.distance;
     let steepness = if beyond >= S::ZERO { p.behind_steepness } else { p.front_steepness };
@@ -106,16 +105,22 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
         };
         let centres: Vec<Features<S>, SENSORS> = detections.iter().map(centre).collect();
         for column in 0..COLUMNS {
-            // Of a column's neurons ahead, the obstacles far aside decide nothing.
-            let counts = |centre: &&Features<S>| {
-                spans.nearest(column, centre.bearing).is_some_and(|bound| !is_aside(p, bound))
+            // Of a column's neurons, the obstacles far aside decide nothing.
+            let near = |turned: S, slack: S| -> Vec<Features<S>, SENSORS> {
+                let counts = |centre: &&Features<S>| {
+                    let bound = spans.nearest(column, wrap(centre.bearing + turned));
+                    bound.is_some_and(|bound| !is_aside(p, (bound - slack).max(S::ZERO)))
+                };
+                centres.iter().filter(counts).copied().collect()
             };
-            let near: Vec<Features<S>, SENSORS> = centres.iter().filter(counts).copied().collect();
-            for (index, place) in map.column_places(column, Eligible::Trained) {
-                let deciding = if place.distance < S::ZERO { &centres } else { &near };
+            let ahead = near(S::ZERO, S::ZERO);
+            // The map holds places behind turned by half a turn; turning rounds.
+            let behind = near(S::PI, S::from_f32(TURNING_SLACK_RAD));
+            for (row, place) in map.rows(column, Eligible::Trained) {
+                let deciding = if place.distance < S::ZERO { &behind } else { &ahead };
                 let place = place.unfolded();
                 let sum = deciding.iter().fold(S::ZERO, |sum, &centre| sum + activity(p, centre, place));
-                self.sum[column][usize::from(index.row)] = sum.to_weight();
+                self.sum[column][row] = sum.to_weight();
             }
         }
     }
@@ -123,6 +128,11 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
     /// No obstacle.
     pub fn clear(&mut self) {
         self.sum = [[S::ZERO.to_weight(); ROWS]; COLUMNS];
+    }
+
+    /// The summed inhibition of the neurons of a column, as stored.
+    pub(crate) fn column(&self, column: usize) -> Option<&[S::Weight; ROWS]> {
+        self.sum.get(column)
     }
 
     /// The summed inhibition of a neuron, as stored.

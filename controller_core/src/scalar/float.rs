@@ -3,6 +3,7 @@
 use super::Scalar;
 
 /// 2⁻ᶠ for |f| ≤ ½: the Taylor polynomial of exp(−f ln 2), degree 6, remainder below 2e-7.
+#[inline(always)]
 fn exp2_neg_fraction(f: f32) -> f32 {
     let t = f * -core::f32::consts::LN_2;
     let p = 1.0 / 120.0 + t * (1.0 / 720.0);
@@ -106,17 +107,20 @@ impl Scalar for f32 {
         micromath::F32(y).atan2(micromath::F32(x)).0
     }
 
+    // Into the loops over neurons, where the coefficients then stay in registers.
+    #[inline(always)]
     fn exp_neg(self) -> Self {
         if self <= 0.0 {
             return 1.0;
         }
         let y = self * core::f32::consts::LOG2_E;
-        // Below 2⁻¹²⁶ the result would be subnormal: no field is that weak.
-        if y >= 126.0 || y.is_nan() {
-            return 0.0;
+        // Below 2⁻¹²⁶ the result would be subnormal: no field is that weak. NaN gives 0, too.
+        if y < 126.0 {
+            let n = whole(y + 0.5);
+            let f = y - float(n.cast_signed());
+            exp2_neg_fraction(f) * Self::from_bits((127 - n) << 23)
+        } else {
+            0.0
         }
-        let n = whole(y + 0.5);
-        let f = y - float(n.cast_signed());
-        exp2_neg_fraction(f) * Self::from_bits((127 - n) << 23)
     }
 }
