@@ -7,7 +7,8 @@
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 
 /// Bytes of the ring: some log lines, which are short, for the probe reads every few milliseconds, and RAM is scarce.
-const RING_BYTES: usize = 64;
+const RING_BYTES: u8 = 64;
+const LENGTH: usize = RING_BYTES as usize;
 
 /// Field for field as the probe expects it; its pointers are references, thin ones.
 #[repr(C)]
@@ -16,7 +17,7 @@ struct ControlBlock {
     channels_to_host: u32,
     channels_to_target: u32,
     name: &'static u8,
-    ring: &'static [AtomicU8; RING_BYTES],
+    ring: &'static [AtomicU8; LENGTH],
     ring_bytes: u32,
     /// Where the core writes next.
     write: AtomicU32,
@@ -26,7 +27,7 @@ struct ControlBlock {
     mode: AtomicU32,
 }
 
-static RING: [AtomicU8; RING_BYTES] = [const { AtomicU8::new(0) }; RING_BYTES];
+static RING: [AtomicU8; LENGTH] = [const { AtomicU8::new(0) }; LENGTH];
 
 /// The name by which `probe-rs` knows what the bytes are.
 static NAME: [u8; 6] = *b"defmt\0";
@@ -51,7 +52,7 @@ pub fn write(bytes: &[u8]) {
     let mut at = index(&CONTROL.write);
     let read = index(&CONTROL.read);
     for &byte in bytes {
-        let next = if at + 1 < RING_BYTES { at + 1 } else { 0 };
+        let next = if at + 1 < LENGTH { at + 1 } else { 0 };
         if next == read {
             break;
         }

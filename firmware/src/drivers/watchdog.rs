@@ -30,7 +30,7 @@ impl Watchdog {
         // SAFETY: prescaler and count were asserted to be within their fields.
         registers.pr().write(|w| unsafe { w.bits(prescaler.into()) });
         // SAFETY: likewise.
-        registers.rlr().write(|w| unsafe { w.bits(count.into()) });
+        registers.rlr().write(|w| unsafe { w.bits(count) });
         self.feed();
     }
 
