@@ -64,7 +64,7 @@ pub fn activity<S: Scalar>(p: &ObstacleFieldParameters<S>, centre: Features<S>, 
     let steepness = if beyond >= S::ZERO { p.behind_steepness } else { p.front_steepness };
     let along = beyond * steepness;
     let exponent = across + along * along;
-    if exponent > S::from_i32(NEGLIGIBLE_EXPONENT) { S::ZERO } else { exponent.exp_neg() }
+    if exponent <= S::from_i32(NEGLIGIBLE_EXPONENT) { exponent.exp_neg_within_16() } else { S::ZERO }
 }
 
 /// `Σ_j b_ij` for every neuron i of the map.
@@ -101,18 +101,27 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
             }
         };
         let centres: Vec<Features<S>, SENSORS> = detections.iter().map(centre).collect();
+        let slack = S::from_f32(TURNING_SLACK_RAD);
+        let mut ahead = Vec::<Features<S>, SENSORS>::new();
+        let mut behind = Vec::<Features<S>, SENSORS>::new();
         for column in 0..COLUMNS {
             // Of a column's neurons, the obstacles far aside decide nothing.
-            let near = |turned: S, slack: S| -> Vec<Features<S>, SENSORS> {
-                let counts = |centre: &&Features<S>| {
-                    let bound = spans.nearest(column, wrap(centre.bearing + turned));
-                    bound.is_some_and(|bound| !is_aside(p, (bound - slack).max(S::ZERO)))
-                };
-                centres.iter().filter(counts).copied().collect()
+            let counts = |bearing: S, slack: S| {
+                let bound = spans.nearest(column, bearing);
+                bound.is_some_and(|bound| !is_aside(p, (bound - slack).max(S::ZERO)))
             };
-            let ahead = near(S::ZERO, S::ZERO);
-            // The map holds places behind turned by half a turn; turning rounds.
-            let behind = near(S::PI, S::from_f32(TURNING_SLACK_RAD));
+            ahead.clear();
+            behind.clear();
+            for centre in &centres {
+                if counts(centre.bearing, S::ZERO) {
+                    // There is room for all of them.
+                    let _ = ahead.push(*centre);
+                }
+                // The map holds places behind turned by half a turn; turning rounds.
+                if counts(wrap(centre.bearing + S::PI), slack) {
+                    let _ = behind.push(*centre);
+                }
+            }
             for (row, place) in map.rows(column, Eligible::Trained) {
                 let deciding = if place.distance < S::ZERO { &behind } else { &ahead };
                 let place = place.unfolded();
