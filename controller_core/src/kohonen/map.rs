@@ -51,6 +51,13 @@ pub struct Spans<S, const COLUMNS: usize> {
 }
 
 impl<S: Scalar, const COLUMNS: usize> Spans<S, COLUMNS> {
+    /// The middle of what a column spans, and how far to either side; `None` for a column without eligible neurons.
+    #[must_use]
+    pub fn middle(&self, column: usize) -> Option<(S, S)> {
+        let (least, most) = self.of_column.get(column).copied().flatten()?;
+        Some(((least + most) * S::HALF, (most - least) * S::HALF))
+    }
+
     /// A bound: no eligible neuron of the column has a bearing that differs by less from this one. `None` for a column
     /// without any, 0 where the way round the back might be shorter.
     ///

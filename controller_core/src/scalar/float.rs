@@ -114,6 +114,8 @@ impl Scalar for f32 {
         micromath::F32(y).atan2(micromath::F32(x)).0
     }
 
+    // Into the loops over neurons, where the coefficients then stay in registers; likewise below.
+    #[inline(always)]
     fn exp_neg(self) -> Self {
         if self <= 0.0 {
             return 1.0;
@@ -123,7 +125,6 @@ impl Scalar for f32 {
         if y < 126.0 { exp2_neg(y) } else { 0.0 }
     }
 
-    // Into the loop over neurons, where the coefficients then stay in registers.
     #[inline(always)]
     fn exp_neg_within_16(self) -> Self {
         exp2_neg(self * core::f32::consts::LOG2_E)
