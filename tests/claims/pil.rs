@@ -85,7 +85,11 @@ fn verified<S: Scalar>(board: Board, way: Way, seed: u64, time_limit_s: Option<f
     let result = mission::run(&scenario, both, &config, options).unwrap();
     let seconds = begin.elapsed().as_secs_f64();
     assert_eq!(result, expected);
-    assert_eq!(result.success, time_limit_s.is_none(), "a whole mission, or the beginning of one: {result:?}");
+    assert_eq!(
+        result.success,
+        time_limit_s.is_none(),
+        "a whole mission, or the beginning of one: {result:?}"
+    );
     let health = session.health().unwrap();
     println!(
         "{} {way:?} seed {seed}: {:.1} s in {seconds:.1} s, {:.1} × real time; hash {:016x}; stack {} B",
