@@ -531,47 +531,116 @@ impl Config {
     /// # Errors
     /// As [`Config::validate`], and where the scalar cannot hold the robot's counts per radian.
     pub fn build<S: Scalar, const SENSORS: usize>(&self) -> Result<Parameters<S, SENSORS>, ConfigError> {
-        self.validate()?;
-        let s = S::from_f32;
-        let (robot, reach_m) = (&self.robot, self.reach_m());
-        let counts_per_radian = self.counts_per_radian();
-        // The only number that valid fields can bring beyond what fixed point holds in a robot one could build.
-        if s(counts_per_radian).to_f32() < 0.99 * counts_per_radian {
-            return Err(ConfigError {
-                number: const { number_of("robot.encoder_counts_per_m") },
-                value: robot.encoder_counts_per_m,
-                must: Must::FitFixedPoint,
-            });
-        }
+        self.check::<S>()?;
         Ok(Parameters {
             architecture: self.architecture,
             reflex: self.reflex_parameters(),
-            scaling: Scaling::new(robot.speed_limit_mps, f32::from(self.schedule.step_ms) / 1000.0),
-            speed_limit_mps: s(robot.speed_limit_mps),
-            proximity: ProximityParameters {
-                body_radius_m: s(robot.body_radius_m),
-                range_m: s(robot.sensor_range_m),
-            },
+            scaling: self.scaling(),
+            speed_limit_mps: S::from_f32(self.robot.speed_limit_mps),
+            proximity: self.proximity_parameters(),
             learning: self.learning_parameters(),
             reaching: self.reaching_parameters(),
-            neural: self.neural_parameters(reach_m),
+            neural: self.neural_parameters(),
             sweep: self.sweep_parameters(),
-            memory: MemoryParameters {
-                lifetime_ms: self.cooperative.memory_ms,
-                merge_m: s(self.cooperative.memory_merge_m),
-            },
+            memory: self.memory_parameters(),
             detour: self.detour_parameters(),
-            wiring: match self.fusion.wiring {
-                WiringKind::Symmetric => Wiring::symmetric(),
-                WiringKind::Asymmetric => Wiring::asymmetric(),
-            },
-            avoidance: AvoidanceParameters {
-                range_m: s(self.fusion.avoidance_range_m.min(robot.sensor_range_m)),
-                per_range: s(1.0 / self.fusion.avoidance_range_m),
-                gain: s(self.fusion.avoidance_gain),
-            },
-            target_share: s(self.fusion.target_share),
+            wiring: self.wiring(),
+            avoidance: self.avoidance_parameters(),
+            target_share: S::from_f32(self.fusion.target_share),
         })
+    }
+
+    /// As [`Config::build`], but over parameters that there are already, and group by group: on a board with little
+    /// memory there is no room for a second set.
+    ///
+    /// # Errors
+    /// As [`Config::build`]; then nothing is changed.
+    pub fn build_over<S: Scalar, const SENSORS: usize>(
+        &self,
+        parameters: &mut Parameters<S, SENSORS>,
+    ) -> Result<(), ConfigError> {
+        self.check::<S>()?;
+        // All are named, so that none can be forgotten.
+        let Parameters {
+            architecture,
+            reflex,
+            scaling,
+            speed_limit_mps,
+            proximity,
+            learning,
+            reaching,
+            neural,
+            sweep,
+            memory,
+            detour,
+            wiring,
+            avoidance,
+            target_share,
+        } = parameters;
+        *architecture = self.architecture;
+        *reflex = self.reflex_parameters();
+        *scaling = self.scaling();
+        *speed_limit_mps = S::from_f32(self.robot.speed_limit_mps);
+        *proximity = self.proximity_parameters();
+        *learning = self.learning_parameters();
+        *reaching = self.reaching_parameters();
+        *neural = self.neural_parameters();
+        *sweep = self.sweep_parameters();
+        *memory = self.memory_parameters();
+        *detour = self.detour_parameters();
+        *wiring = self.wiring();
+        *avoidance = self.avoidance_parameters();
+        *target_share = S::from_f32(self.fusion.target_share);
+        Ok(())
+    }
+
+    /// Checks every number, and that the scalar can hold what follows from them.
+    fn check<S: Scalar>(&self) -> Result<(), ConfigError> {
+        self.validate()?;
+        let counts_per_radian = self.counts_per_radian();
+        // The only number that valid fields can bring beyond what fixed point holds in a robot one could build.
+        if S::from_f32(counts_per_radian).to_f32() < 0.99 * counts_per_radian {
+            return Err(ConfigError {
+                number: const { number_of("robot.encoder_counts_per_m") },
+                value: self.robot.encoder_counts_per_m,
+                must: Must::FitFixedPoint,
+            });
+        }
+        Ok(())
+    }
+
+    fn scaling<S: Scalar>(&self) -> Scaling<S> {
+        Scaling::new(self.robot.speed_limit_mps, f32::from(self.schedule.step_ms) / 1000.0)
+    }
+
+    fn proximity_parameters<S: Scalar>(&self) -> ProximityParameters<S> {
+        ProximityParameters {
+            body_radius_m: S::from_f32(self.robot.body_radius_m),
+            range_m: S::from_f32(self.robot.sensor_range_m),
+        }
+    }
+
+    fn memory_parameters<S: Scalar>(&self) -> MemoryParameters<S> {
+        MemoryParameters {
+            lifetime_ms: self.cooperative.memory_ms,
+            merge_m: S::from_f32(self.cooperative.memory_merge_m),
+        }
+    }
+
+    fn wiring<S: Scalar, const SENSORS: usize>(&self) -> Wiring<S, SENSORS> {
+        match self.fusion.wiring {
+            WiringKind::Symmetric => Wiring::symmetric(),
+            WiringKind::Asymmetric => Wiring::asymmetric(),
+        }
+    }
+
+    fn avoidance_parameters<S: Scalar>(&self) -> AvoidanceParameters<S> {
+        let f = &self.fusion;
+        AvoidanceParameters {
+            range_m: S::from_f32(f.avoidance_range_m.min(self.robot.sensor_range_m)),
+            per_range: S::from_f32(1.0 / f.avoidance_range_m),
+            gain: S::from_f32(f.avoidance_gain),
+        }
     }
 
     /// The longest way of one step of the map.
@@ -653,8 +722,8 @@ impl Config {
         }
     }
 
-    fn neural_parameters<S: Scalar>(&self, reach_m: f32) -> NeuralParameters<S> {
-        let c = &self.cooperative;
+    fn neural_parameters<S: Scalar>(&self) -> NeuralParameters<S> {
+        let (c, reach_m) = (&self.cooperative, self.reach_m());
         // exp(−x² / 2σ²) = exp(−(x · steepness)²).
         let steepness = |sigma: f32| S::from_f32(core::f32::consts::FRAC_1_SQRT_2 / sigma);
         NeuralParameters {

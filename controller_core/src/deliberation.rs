@@ -240,14 +240,16 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
 
     fn integrate_fields(&mut self, p: &Parameters<S, SENSORS>, pose: Pose<S>) -> Command<S> {
         let Some(target) = self.standing.target.value else { return Command::default() };
-        let obstacles: Vec<Point<S>, SWEEP_POINTS> = {
-            // Points farther than the body can come within a step decide nothing.
-            let farthest = p.scaling.reach_m() + p.sweep.body_radius_m + p.sweep.margin_m;
-            let near = |point: &Point<S>| point.x_m.abs() < farthest && point.y_m.abs() < farthest;
-            let remembered = self.memory.seen_from(pose);
-            let points = self.standing.points.iter().copied().chain(remembered).filter(near);
-            points.take(SWEEP_POINTS).collect()
-        };
+        let mut obstacles: Vec<Point<S>, SWEEP_POINTS> = Vec::new();
+        // Points farther than the body can come within a step decide nothing.
+        let farthest = p.scaling.reach_m() + p.sweep.body_radius_m + p.sweep.margin_m;
+        let remembered = self.memory.seen_from(pose);
+        for point in self.standing.points.iter().copied().chain(remembered) {
+            // There is room for all.
+            if point.x_m.abs() < farthest && point.y_m.abs() < farthest && obstacles.push(point).is_err() {
+                break;
+            }
+        }
         let checked = p.sweep.strength > S::ZERO && !obstacles.is_empty();
         let decision = neural::integrate(
             &self.map,

@@ -7,9 +7,10 @@
 #![expect(unsafe_code, reason = "a large value is made in its place")]
 
 use core::mem::MaybeUninit;
+use core::ptr;
 
-use controller_core::config::Parameters;
-use protocol::endpoint::{self, BoardDeliberation};
+use controller_core::config::{Config, ConfigError, Parameters};
+use protocol::endpoint::{self, BoardDeliberation, Identity, Session};
 use protocol::message::SENSORS;
 
 use crate::board::Real;
@@ -20,23 +21,54 @@ pub type Fast = endpoint::Fast<Real>;
 /// Its slow half.
 pub type Slow = endpoint::Slow<Real>;
 
-/// Makes the slow half in its place.
+/// Makes the slow half in its place, with the default parameters.
 ///
-/// Built on the stack and then moved, it would need twice its size in RAM, which one of the boards does not have.
+/// Built on the stack and then moved, it would need twice its size in RAM, which one of the boards does not have. For
+/// the same reason this and the following functions are kept apart (`inline(never)`): their stack frames would add up.
+///
+/// # Errors
+/// If the number type of this board cannot hold the default parameters.
 #[inline(never)]
-pub fn put_slow(
-    place: &'static mut MaybeUninit<Slow>,
-    parameters: &Parameters<Real, SENSORS>,
-) -> &'static mut Slow {
+pub fn put_slow(place: &'static mut MaybeUninit<Slow>) -> Result<&'static mut Slow, ConfigError> {
     let slow = place.as_mut_ptr();
     // SAFETY: within `place`, aligned, and not read before; a constant is copied from flash.
     unsafe { (&raw mut (*slow).deliberation).write(BoardDeliberation::<Real>::BLANK) };
-    // SAFETY: likewise.
-    unsafe { (&raw mut (*slow).parameters).write(parameters.clone()) };
+    // SAFETY: likewise; nothing is read through this reference.
+    let parameters = unsafe { &mut *(&raw mut (*slow).parameters).cast() };
+    put_parameters(parameters)?;
     // SAFETY: these are all its fields.
     let slow = unsafe { place.assume_init_mut() };
     slow.deliberation.map_mut().0.reset();
-    slow
+    Ok(slow)
+}
+
+#[inline(never)]
+fn put_parameters(place: &mut MaybeUninit<Parameters<Real, SENSORS>>) -> Result<(), ConfigError> {
+    match &Config::default().build::<Real, SENSORS>() {
+        Ok(parameters) => {
+            // SAFETY: plain data without an owner, so a copy of its bytes is a copy; moved, it would go by way of the
+            // stack once more.
+            unsafe { ptr::copy_nonoverlapping(parameters, place.as_mut_ptr(), 1) };
+            Ok(())
+        }
+        Err(error) => Err(*error),
+    }
+}
+
+/// Makes the fast half in its place.
+#[inline(never)]
+pub fn put_fast(place: &'static mut MaybeUninit<Fast>, slow: &Slow) -> &'static mut Fast {
+    place.write(Fast::new(slow.parameters.reflex.clone()))
+}
+
+/// Makes the session in its place.
+#[inline(never)]
+pub fn put_session(
+    place: &'static mut MaybeUninit<Session>,
+    identity: Identity,
+    epoch: u32,
+) -> &'static mut Session {
+    place.write(Session::new(identity, epoch))
 }
 
 /// Bytes of RAM for both, parameters and learning included.

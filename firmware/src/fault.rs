@@ -8,7 +8,7 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use cortex_m_rt::{ExceptionFrame, exception};
-use firmware::drivers::motors;
+use firmware::drivers::{motors, stack};
 use firmware::{emulator, log};
 
 /// Starts of this board, as far as its RAM remembers: neither set nor cleared by the start-up code.
@@ -44,10 +44,29 @@ fn panic(info: &PanicInfo) -> ! {
     halt();
 }
 
-#[exception]
-unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+/// A fault may be that of a stack that has grown out of the RAM: so the handler begins a new one.
+#[unsafe(naked)]
+#[unsafe(export_name = "HardFault")]
+unsafe extern "C" fn hard_fault() -> ! {
+    core::arch::naked_asm!(
+        "mrs r0, msp",
+        "ldr r1, =_stack_start",
+        "msr msp, r1",
+        "b {handler}",
+        handler = sym fault,
+    )
+}
+
+/// `frame` is where the core has put its registers, unless there was no room for them.
+extern "C" fn fault(frame: *const ExceptionFrame) -> ! {
     motors::stop();
-    defmt::error!("fault at {=u32:#010x}, called from {=u32:#010x}", frame.pc(), frame.lr());
+    if stack::holds(frame) {
+        // SAFETY: within the stack, where the core has put it.
+        let frame = unsafe { &*frame };
+        defmt::error!("fault at {=u32:#010x}, called from {=u32:#010x}", frame.pc(), frame.lr());
+    } else {
+        defmt::error!("the stack has grown out of the RAM");
+    }
     halt();
 }
 

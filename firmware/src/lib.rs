@@ -4,6 +4,7 @@
 //! * [`drivers`]: USART, motors, stopwatch, watchdog
 //! * [`controller`]: the controller as the boards run it, and the RAM it may take
 //! * [`watch`]: what the tasks were released for, how long they took, what they missed
+//! * [`slot`]: a mailbox between two tasks
 //! * [`log`]: where log lines go: by [`rtt`] to a debug probe, or by [`emulator`] to the host
 //!
 //! The application, with its tasks, is `main.rs`.
@@ -16,6 +17,8 @@ pub mod drivers;
 pub mod controller;
 
 pub mod watch;
+
+pub mod slot;
 
 pub mod log;
 

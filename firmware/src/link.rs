@@ -5,6 +5,7 @@ use firmware::board::{Real, pac::Interrupt};
 use firmware::controller::{Fast, Slow};
 use firmware::drivers::{motors, stack};
 use firmware::emulator::Output;
+use firmware::slot::Filler;
 use firmware::watch::Watch;
 use heapless::spsc::Producer;
 use protocol::endpoint::Access;
@@ -60,7 +61,7 @@ pub fn deliver(
     result: Result<Frame<FromHost>, FrameError>,
     fast: &mut impl Mutex<T = &'static mut Fast>,
     watch: &mut impl Mutex<T = Watch>,
-    request: &mut impl Mutex<T = &'static mut Option<Frame<FromHost>>>,
+    request: &mut impl Mutex<T = Filler<Frame<FromHost>>>,
 ) -> bool {
     let Ok(frame) = result else {
         defmt::debug!("damaged frame");
@@ -81,13 +82,7 @@ pub fn deliver(
     if matches!(frame.message, FromHost::Sense(_)) {
         return false;
     }
-    let is_taken = request.lock(|request| {
-        let is_free = request.is_none();
-        if is_free {
-            **request = Some(frame);
-        }
-        is_free
-    });
+    let is_taken = request.lock(|request| request.put(frame));
     if !is_taken {
         watch.lock(|watch| watch.requests_dropped = watch.requests_dropped.saturating_add(1));
     }
@@ -104,7 +99,7 @@ pub struct Reports {
 
 impl Reports {
     /// The outputs of a tick; a report that has not been sent yet is replaced, but for what happens only once.
-    pub fn put(&mut self, outputs: Outputs) {
+    pub fn put(&mut self, outputs: &Outputs) {
         if outputs.stopped != self.stopped {
             self.stopped = outputs.stopped;
             self.fault = outputs.stopped.map(|cause| FaultReport {
@@ -115,7 +110,7 @@ impl Reports {
             });
         }
         let unsent = self.outputs.and_then(|outputs| outputs.reached);
-        self.outputs = Some(Outputs { reached: outputs.reached.or(unsent), ..outputs });
+        self.outputs = Some(Outputs { reached: outputs.reached.or(unsent), ..*outputs });
     }
 }
 

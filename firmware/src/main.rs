@@ -30,11 +30,11 @@ mod link;
 mod app {
     use core::mem::MaybeUninit;
 
-    use controller_core::config::Config;
+    use controller_core::reflex::Latched;
     use cortex_m::peripheral::SCB;
     use cortex_m::peripheral::syst::SystClkSource;
     use firmware::board::{Board, Real, This, pac::Interrupt};
-    use firmware::controller::{Fast, Slow, put_slow};
+    use firmware::controller::{Fast, Slow, put_fast, put_session, put_slow};
     use firmware::drivers;
     use firmware::drivers::motors::{self, Motors};
     use firmware::drivers::stopwatch;
@@ -42,11 +42,12 @@ mod app {
     use firmware::drivers::watchdog::Watchdog;
     use firmware::emulator::{self, Emulator, Fifos, Input};
     use firmware::log;
+    use firmware::slot::{Filler, Slot, Taker};
     use firmware::watch::Watch;
     use heapless::spsc::{Consumer, Producer, Queue};
     use protocol::endpoint::{Identity, Job, Session};
-    use protocol::frame::{DELIMITER, Decoder, FRAME_BYTES_MAX, Frame};
-    use protocol::message::{FromBoard, FromHost, SENSORS, TimeBase};
+    use protocol::frame::{DELIMITER, Decoder, Frame};
+    use protocol::message::{FromBoard, FromHost, TimeBase};
     use rtic::Mutex;
 
     use crate::fault::{epoch, halt};
@@ -56,6 +57,9 @@ mod app {
     const RECEIVED_BYTES: usize = 64;
     /// Bytes between who sends and the USART: a report has room, longer frames are sent in parts.
     const TO_SEND_BYTES: usize = 96;
+
+    /// Bytes that one trap fetches from the FIFO: any frame without a scan.
+    const READ_BYTES: usize = 64;
 
     /// Interrupts that the hardware leaves free, each the release of a task.
     const DECODE: Interrupt = Interrupt::EXTI0;
@@ -70,10 +74,8 @@ mod app {
         slow: &'static mut Slow,
         watch: Watch,
         decoder: &'static mut Decoder<FromHost>,
-        /// The request to answer next.
-        request: &'static mut Option<Frame<FromHost>>,
-        avoidance: &'static mut Option<Job<Real>>,
-        target: &'static mut Option<Job<Real>>,
+        /// For the request to answer next.
+        request: Filler<Frame<FromHost>>,
         reports: Reports,
         line: Line,
     }
@@ -84,8 +86,11 @@ mod app {
         received: Producer<'static, u8>,
         to_decode: Consumer<'static, u8>,
         to_send: Consumer<'static, u8>,
-        motors: Motors,
+        real_time: RealTime,
         watchdog: Watchdog,
+        avoidance: Taker<Job<Real>>,
+        target: Taker<Latched<Real>>,
+        requested: Taker<Frame<FromHost>>,
         session: &'static mut Session,
         sink: Sink,
         input: Option<Input>,
@@ -97,9 +102,9 @@ mod app {
         slow: MaybeUninit<Slow> = MaybeUninit::uninit(),
         session_place: MaybeUninit<Session> = MaybeUninit::uninit(),
         decoder: Decoder<FromHost> = Decoder::new(),
-        request: Option<Frame<FromHost>> = None,
-        avoidance: Option<Job<Real>> = None,
-        target: Option<Job<Real>> = None,
+        request_slot: Slot<Frame<FromHost>> = Slot::new(),
+        avoidance_slot: Slot<Job<Real>> = Slot::new(),
+        target_slot: Slot<Latched<Real>> = Slot::new(),
         ring_in: Queue<u8, RECEIVED_BYTES> = Queue::new(),
         ring_out: Queue<u8, TO_SEND_BYTES> = Queue::new(),
     ])]
@@ -112,10 +117,16 @@ mod app {
         defmt::info!("{=str} ({=str}) build {=str}", This::ID.name(), scalar_name(), build_id);
         defmt::info!("{}", clocks);
 
-        let (fast, slow) = put_controller(cx.local.fast, cx.local.slow);
-        let session =
-            cx.local.session_place.write(Session::new(Identity { board: This::ID, build_id }, epoch()));
+        let Ok(slow) = put_slow(cx.local.slow) else {
+            defmt::error!("the default parameters do not fit the number type of this board");
+            halt();
+        };
+        let fast = put_fast(cx.local.fast, slow);
+        let session = put_session(cx.local.session_place, Identity { board: This::ID, build_id }, epoch());
 
+        let (request, requested) = cx.local.request_slot.split();
+        let (for_avoidance, avoidance) = cx.local.avoidance_slot.split();
+        let (for_target, target) = cx.local.target_slot.split();
         let (received, to_decode) = cx.local.ring_in.split();
         let (ring_out, to_send) = cx.local.ring_out.split();
         let (input, sink) = match fifos {
@@ -138,9 +149,7 @@ mod app {
                 slow,
                 watch: Watch::default(),
                 decoder: cx.local.decoder,
-                request: cx.local.request,
-                avoidance: cx.local.avoidance,
-                target: cx.local.target,
+                request,
                 reports: Reports::default(),
                 line: Line::new(ring_out),
             },
@@ -149,7 +158,14 @@ mod app {
                 received,
                 to_decode,
                 to_send,
-                motors: Motors::start(cx.device.TIM3, &clocks),
+                real_time: RealTime {
+                    motors: Motors::start(cx.device.TIM3, &clocks),
+                    for_avoidance,
+                    for_target,
+                },
+                avoidance,
+                target,
+                requested,
                 watchdog: Watchdog::new(cx.device.IWDG),
                 session,
                 sink,
@@ -181,24 +197,36 @@ mod app {
         usart.notify_room(to_send.ready());
     }
 
-    /// A millisecond of real time.
-    #[task(
-        binds = SysTick,
-        priority = 5,
-        local = [motors, watchdog],
-        shared = [fast, watch, avoidance, target, reports]
-    )]
+    /// A millisecond has passed.
+    #[task(binds = SysTick, priority = 5, local = [real_time, watchdog], shared = [fast, watch, reports])]
     fn servo(cx: servo::Context) {
         stopwatch::count();
-        let now_us = This::micros();
-        let servo::LocalResources { motors, watchdog, .. } = cx.local;
-        let servo::SharedResources { fast, watch, avoidance, target, reports, .. } = cx.shared;
-        (fast, watch, avoidance, target, reports).lock(|fast, watch, avoidance, target, reports| {
-            if !watch.is_real_time {
-                watchdog.feed();
-                return;
+        let servo::LocalResources { real_time, watchdog, .. } = cx.local;
+        let servo::SharedResources { fast, watch, reports, .. } = cx.shared;
+        (fast, watch, reports).lock(|fast, watch, reports| {
+            if watch.is_real_time {
+                watchdog.start();
+                real_time.millisecond(fast, watch, reports);
+                rtic::pend(REPORT);
             }
-            watchdog.start();
+            if watch.all_in_time() {
+                watchdog.feed();
+            }
+        });
+    }
+
+    /// What the servo drives and whom it releases.
+    pub struct RealTime {
+        motors: Motors,
+        for_avoidance: Filler<Job<Real>>,
+        for_target: Filler<Latched<Real>>,
+    }
+
+    impl RealTime {
+        /// Kept out of [`servo`], whose stack frame is there in lockstep too.
+        #[inline(never)]
+        fn millisecond(&mut self, fast: &mut Fast, watch: &mut Watch, reports: &mut Reports) {
+            let now_us = This::micros();
             watch.servo_begins(now_us, fast.readings_age_ms());
             let (missed, is_new) = watch.missed_recently();
             if is_new {
@@ -209,25 +237,21 @@ mod app {
             if outputs.stopped.is_some() {
                 motors::stop();
             } else {
-                motors.drive(outputs.wheel_drive);
+                self.motors.drive(outputs.wheel_drive);
             }
+            reports.put(&outputs);
             if let Some(job) = job {
-                if (job.learns || job.released.avoidance) && watch.avoidance.release(now_us) {
-                    **avoidance = Some(job);
-                    rtic::pend(AVOID);
-                }
                 if job.released.target && !job.learns && watch.target.release(now_us) {
-                    **target = Some(Job { scan: None, ..job });
+                    self.for_target.put(job.latched);
                     rtic::pend(REACH);
                 }
-            }
-            reports.put(outputs);
-            rtic::pend(REPORT);
-            if watch.all_in_time() {
-                watchdog.feed();
+                if (job.learns || job.released.avoidance) && watch.avoidance.release(now_us) {
+                    self.for_avoidance.put(job);
+                    rtic::pend(AVOID);
+                }
             }
             watch.servo_ends(This::micros(), SCB::is_pendst_pending());
-        });
+        }
     }
 
     /// Bytes to frames; what cannot wait is done at once, the rest is left to [`serve`].
@@ -235,11 +259,7 @@ mod app {
     fn decode(cx: decode::Context) {
         let decode::SharedResources { mut decoder, mut fast, mut watch, mut request, .. } = cx.shared;
         while let Some(byte) = cx.local.to_decode.dequeue() {
-            if let Some(result) = decoder.lock(|decoder| decoder.push(byte))
-                && deliver(result, &mut fast, &mut watch, &mut request)
-            {
-                rtic::pend(SERVE);
-            }
+            decode_byte(byte, &mut decoder, &mut fast, &mut watch, &mut request);
         }
         drivers::usart::resume();
     }
@@ -259,28 +279,32 @@ mod app {
     }
 
     /// Obstacle avoidance, or a training step.
-    #[task(binds = EXTI2, priority = 3, shared = [avoidance, slow, fast, watch])]
+    #[task(binds = EXTI2, priority = 3, local = [avoidance], shared = [slow, fast, watch])]
     fn avoid(cx: avoid::Context) {
-        let avoid::SharedResources { mut avoidance, mut slow, fast, watch, .. } = cx.shared;
-        let Some(job) = avoidance.lock(|job| job.take()) else { return };
-        let (speeds, is_trained) = slow.lock(|slow| (slow.avoid(&job), slow.deliberation.map().is_trained()));
+        let avoid::SharedResources { mut slow, fast, watch, .. } = cx.shared;
+        let decided = cx
+            .local
+            .avoidance
+            .take(|job| slow.lock(|slow| (job.latched.now, slow.avoid(job), slow.is_trained())));
         (fast, watch).lock(|fast, watch| {
-            if job.latched.now < fast.tick {
-                fast.take_command(&job, speeds, is_trained);
+            if let Some((now, speeds, is_trained)) = decided {
+                fast.take_command(now, speeds, is_trained);
             }
             watch.avoidance.done(This::micros());
         });
     }
 
     /// Target reaching.
-    #[task(binds = EXTI3, priority = 2, shared = [target, slow, fast, watch])]
+    #[task(binds = EXTI3, priority = 2, local = [target], shared = [slow, fast, watch])]
     fn reach(cx: reach::Context) {
-        let reach::SharedResources { mut target, mut slow, fast, watch, .. } = cx.shared;
-        let Some(job) = target.lock(|job| job.take()) else { return };
-        let (speeds, is_trained) = slow.lock(|slow| (slow.reach(&job), slow.deliberation.map().is_trained()));
+        let reach::SharedResources { mut slow, fast, watch, .. } = cx.shared;
+        let decided = cx
+            .local
+            .target
+            .take(|latched| slow.lock(|slow| (latched.now, slow.reach(latched), slow.is_trained())));
         (fast, watch).lock(|fast, watch| {
-            if job.latched.now < fast.tick {
-                fast.take_command(&job, speeds, is_trained);
+            if let Some((now, speeds, is_trained)) = decided {
+                fast.take_command(now, speeds, is_trained);
             }
             watch.target.done(This::micros());
         });
@@ -290,26 +314,25 @@ mod app {
     #[task(
         binds = EXTI4,
         priority = 1,
-        local = [session, sink, is_announced: bool = false],
-        shared = [request, fast, slow, watch, decoder, line]
+        local = [requested, session, sink, is_announced: bool = false],
+        shared = [fast, slow, watch, decoder, line]
     )]
     fn serve(cx: serve::Context) {
-        let serve::LocalResources { session, sink, is_announced, .. } = cx.local;
-        let serve::SharedResources { mut request, fast, slow, watch, decoder, mut line, .. } = cx.shared;
+        let serve::LocalResources { requested, session, sink, is_announced, .. } = cx.local;
+        let serve::SharedResources { fast, slow, watch, decoder, mut line, .. } = cx.shared;
         let mut access = Locked { fast, slow, watch, decoder };
         if !*is_announced {
             *is_announced = true;
             sink.send(&mut line, &[DELIMITER]);
             sink.send(&mut line, session.announce(&mut access));
         }
-        while let Some(frame) = request.lock(|request| request.take()) {
+        let is_served = requested.take(|frame| {
             let is_hello = matches!(frame.message, FromHost::Hello(_));
             if is_hello {
                 // The tasks must not work on a controller that begins anew.
                 access.watch.lock(|watch| watch.is_real_time = false);
             }
-            let reply = session.serve(&mut access, &frame);
-            sink.send(&mut line, reply);
+            sink.send(&mut line, session.serve(&mut access, frame));
             if is_hello {
                 let is_real_time = session.time_base() == TimeBase::RealTime;
                 defmt::info!("session, real time: {=bool}", is_real_time);
@@ -318,6 +341,10 @@ mod app {
                     access.watch.lock(Watch::begin_real_time);
                 }
             }
+        });
+        if is_served.is_some() {
+            // Another may have come meanwhile.
+            rtic::pend(SERVE);
         }
     }
 
@@ -341,22 +368,34 @@ mod app {
         decoder: &mut impl Mutex<T = &'static mut Decoder<FromHost>>,
         fast: &mut impl Mutex<T = &'static mut Fast>,
         watch: &mut impl Mutex<T = Watch>,
-        request: &mut impl Mutex<T = &'static mut Option<Frame<FromHost>>>,
+        request: &mut impl Mutex<T = Filler<Frame<FromHost>>>,
     ) -> ! {
         loop {
-            let mut buffer = [0; FRAME_BYTES_MAX];
+            let mut buffer = [0; READ_BYTES];
             let bytes = input.read(&mut buffer);
             if bytes.is_empty() {
                 defmt::info!("the host has closed the link");
                 emulator::end(true);
             }
             for &byte in bytes {
-                if let Some(result) = decoder.lock(|decoder| decoder.push(byte))
-                    && deliver(result, fast, watch, request)
-                {
-                    rtic::pend(SERVE);
-                }
+                decode_byte(byte, decoder, fast, watch, request);
             }
+        }
+    }
+
+    /// Kept out of [`decode`] and [`read_fifo`]: most bytes end no frame.
+    #[inline(never)]
+    fn decode_byte(
+        byte: u8,
+        decoder: &mut impl Mutex<T = &'static mut Decoder<FromHost>>,
+        fast: &mut impl Mutex<T = &'static mut Fast>,
+        watch: &mut impl Mutex<T = Watch>,
+        request: &mut impl Mutex<T = Filler<Frame<FromHost>>>,
+    ) {
+        if let Some(result) = decoder.lock(|decoder| decoder.push(byte))
+            && deliver(result, fast, watch, request)
+        {
+            rtic::pend(SERVE);
         }
     }
 
@@ -368,19 +407,6 @@ mod app {
             log::to_file(file);
         }
         emulator.fifos
-    }
-
-    #[inline(never)]
-    fn put_controller(
-        fast: &'static mut MaybeUninit<Fast>,
-        slow: &'static mut MaybeUninit<Slow>,
-    ) -> (&'static mut Fast, &'static mut Slow) {
-        let Ok(parameters) = Config::default().build::<Real, SENSORS>() else {
-            defmt::error!("the default parameters do not fit the number type of this board");
-            halt();
-        };
-        let fast = fast.write(Fast::new(parameters.reflex.clone()));
-        (fast, put_slow(slow, &parameters))
     }
 
     fn scalar_name() -> &'static str {

@@ -176,10 +176,12 @@ impl<S: Scalar> Fast<S> {
         self.tick.saturating_sub(self.answers)
     }
 
-    /// Takes over what a job has decided.
-    pub fn take_command(&mut self, job: &Job<S>, speeds: WheelSpeeds<S>, is_trained: bool) {
-        self.reflex.supervision.untrained = !is_trained;
-        self.reflex.take_command(job.latched.now, speeds);
+    /// Takes over what a job released at `now` has decided; not if the controller has begun anew since.
+    pub fn take_command(&mut self, now: Tick, speeds: WheelSpeeds<S>, is_trained: bool) {
+        if now < self.tick {
+            self.reflex.supervision.untrained = !is_trained;
+            self.reflex.take_command(now, speeds);
+        }
     }
 
     fn begin(&mut self) {
@@ -215,11 +217,17 @@ impl<S: Scalar> Slow<S> {
         self.deliberation.integrate(p, &job.latched)
     }
 
+    /// The map says something.
+    #[must_use]
+    pub fn is_trained(&self) -> bool {
+        self.deliberation.map().is_trained()
+    }
+
     /// The job of the task of target reaching: renew the target field and integrate.
     #[must_use]
-    pub fn reach(&mut self, job: &Job<S>) -> WheelSpeeds<S> {
-        self.deliberation.reach(&self.parameters, &job.latched);
-        self.deliberation.integrate(&self.parameters, &job.latched)
+    pub fn reach(&mut self, latched: &Latched<S>) -> WheelSpeeds<S> {
+        self.deliberation.reach(&self.parameters, latched);
+        self.deliberation.integrate(&self.parameters, latched)
     }
 
     fn summary(&self) -> MapSummary {
@@ -363,10 +371,28 @@ impl Session {
         if frame.sequence == self.sent.sequence && frame.sequence != 0 && !is_always_done {
             return self.sent.bytes();
         }
-        match self.answer(access, &frame.message) {
-            Some(reply) => self.sent.put(frame.sequence, &reply),
-            None => &[],
+        match &frame.message {
+            FromHost::Step(readings) if self.is_open => {
+                let outcome = self.step(access, readings);
+                self.sent.put_outcome(frame.sequence, outcome);
+            }
+            request => {
+                if !self.reply(access, frame.sequence, request) {
+                    return &[];
+                }
+            }
         }
+        self.sent.bytes()
+    }
+
+    /// Answers; `false` where there is no answer.
+    #[inline(never)]
+    fn reply<S: Scalar>(&mut self, access: &mut impl Access<S>, sequence: u8, request: &FromHost) -> bool {
+        let reply = self.answer(access, request);
+        if let Some(reply) = &reply {
+            self.sent.put(sequence, reply);
+        }
+        reply.is_some()
     }
 
     fn answer<S: Scalar>(&mut self, access: &mut impl Access<S>, request: &FromHost) -> Option<FromBoard> {
@@ -377,7 +403,9 @@ impl Session {
         }
         Some(match request {
             FromHost::Hello(theirs) => FromBoard::Hello(self.welcome(access, theirs)),
-            FromHost::Step(readings) => self.step(access, readings),
+            FromHost::Step(readings) => {
+                self.step(access, readings).map_or_else(FromBoard::Refused, FromBoard::Outputs)
+            }
             FromHost::Sense(readings) => {
                 access.fast(|fast| fast.sense(readings));
                 return None;
@@ -465,12 +493,11 @@ impl Session {
     }
 
     #[inline(never)]
-    fn step<S: Scalar>(&self, access: &mut impl Access<S>, readings: &Readings) -> FromBoard {
+    fn step<S: Scalar>(&self, access: &mut impl Access<S>, readings: &Readings) -> Result<Outputs, Refusal> {
         if self.time_base != TimeBase::Lockstep {
-            return FromBoard::Refused(Refusal::TimeBase { present: self.time_base });
+            return Err(Refusal::TimeBase { present: self.time_base });
         }
-        let outputs = access.both(|fast, slow| fast.step(slow, readings));
-        outputs.map_or_else(FromBoard::Refused, FromBoard::Outputs)
+        access.both(|fast, slow| fast.step(slow, readings))
     }
 
     #[inline(never)]
@@ -496,16 +523,16 @@ impl Session {
         }
     }
 
-    /// Builds outside of any lock, then changes everything between two ticks.
+    /// Builds in place, between two jobs; the fast half takes its share over between two ticks.
     #[inline(never)]
     fn commit<S: Scalar>(&mut self, access: &mut impl Access<S>) -> FromBoard {
-        match self.staged.build::<S, SENSORS>() {
-            Ok(parameters) => {
+        let staged = &self.staged;
+        let built = access
+            .slow(|slow| staged.build_over(&mut slow.parameters).map(|()| slow.parameters.reflex.clone()));
+        match built {
+            Ok(reflex) => {
                 self.parameters_hash = self.staged.hash();
-                access.both(|fast, slow| {
-                    fast.parameters = parameters.reflex.clone();
-                    slow.parameters = parameters;
-                });
+                access.fast(|fast| fast.parameters = reflex);
                 FromBoard::Done
             }
             Err(error) => {
@@ -521,6 +548,13 @@ impl Sent {
         self.frame.get(..self.length).unwrap_or_default()
     }
 
+    /// As [`Sent::put`]. The reply is made here and not where the step is computed, on the deepest stack.
+    #[inline(never)]
+    fn put_outcome(&mut self, sequence: u8, outcome: Result<Outputs, Refusal>) {
+        self.put(sequence, &outcome.map_or_else(FromBoard::Refused, FromBoard::Outputs));
+    }
+
+    #[inline(never)]
     fn put(&mut self, sequence: u8, reply: &FromBoard) -> &[u8] {
         self.sequence = sequence;
         let refused = FromBoard::Refused(Refusal::NotFinite);
@@ -713,12 +747,12 @@ impl<S: Scalar> LocalBoard<S> {
             if job.learns || job.released.avoidance {
                 health.releases.avoidance = health.releases.avoidance.wrapping_add(1);
                 let speeds = slow.avoid(&job);
-                fast.take_command(&job, speeds, slow.deliberation.map().is_trained());
+                fast.take_command(job.latched.now, speeds, slow.is_trained());
             }
             if job.released.target && !job.learns {
                 health.releases.target = health.releases.target.wrapping_add(1);
-                let speeds = slow.reach(&job);
-                fast.take_command(&job, speeds, slow.deliberation.map().is_trained());
+                let speeds = slow.reach(&job.latched);
+                fast.take_command(job.latched.now, speeds, slow.is_trained());
             }
         }
         Some(outputs)

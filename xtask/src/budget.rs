@@ -11,6 +11,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use controller_core::units::{EncoderCounts, Pose};
+use protocol::codec::Message;
+use protocol::frame::{self, FRAME_BYTES_MAX};
+use protocol::message::{FromBoard, FromHost, Outputs, Readings, SENSORS, Scan};
 use serde::Deserialize;
 
 use crate::command;
@@ -30,6 +34,28 @@ struct Budget {
     ram_bytes: u64,
     /// By the name of what is counted.
     instructions: BTreeMap<String, u64>,
+}
+
+/// What frames may take of the line, in bytes, delimiter included.
+#[derive(Debug, Deserialize, PartialEq)]
+#[serde(deny_unknown_fields)]
+struct Frames {
+    /// The largest of either direction: what buffers hold.
+    largest_bytes: u64,
+    /// Readings of a tick without pose and scan, an hour after the start: most of what goes to the board.
+    readings_bytes: u64,
+    /// The same with pose and scan, each 128 ms.
+    scan_bytes: u64,
+    /// What a tick led to: most of what comes back.
+    outputs_bytes: u64,
+}
+
+/// The whole file.
+#[derive(Debug, Deserialize, PartialEq)]
+struct Budgets {
+    frames: Frames,
+    #[serde(flatten)]
+    boards: BTreeMap<String, Budget>,
 }
 
 /// One figure beside its limit.
@@ -54,25 +80,67 @@ impl Line {
 pub fn run(root: &Path) -> Result<(), String> {
     let path = root.join(FILE);
     let text = fs::read_to_string(&path).map_err(|error| format!("{FILE}: {error}"))?;
-    let budgets: BTreeMap<String, Budget> =
-        toml::from_str(&text).map_err(|error| format!("{FILE}: {error}"))?;
+    let budgets: Budgets = toml::from_str(&text).map_err(|error| format!("{FILE}: {error}"))?;
     if let Some(complaint) = doctor::missing_qemu() {
         return Err(complaint);
     }
     firmware::build(root, &BOARDS, &["firmware", "instructions"])?;
     let mut over = Vec::new();
+    let lines = frames(&budgets.frames);
+    print!("\nframes\n{}", table(&lines));
+    over.extend(complaints("frames", &lines));
     for board in BOARDS {
-        let budget = budgets.get(board.name).ok_or_else(|| format!("{FILE}: no [{}]", board.name))?;
+        let budget = budgets.boards.get(board.name).ok_or_else(|| format!("{FILE}: no [{}]", board.name))?;
         let lines = measure(root, board, budget)?;
         print!("\n{}\n{}", board.name, table(&lines));
-        over.extend(lines.iter().filter(|line| !line.holds()).map(|line| {
-            format!("{}: {} is {}, at most {} in {FILE}", board.name, line.name, line.measured, line.limit)
-        }));
+        over.extend(complaints(board.name, &lines));
         let panics = image::panics(&board.image(root, "firmware"))?;
         println!("functions that begin a panic: {}", if panics.is_empty() { "none" } else { "" });
         panics.iter().for_each(|name| println!("  {name}"));
     }
     if over.is_empty() { Ok(()) } else { Err(over.join("\n")) }
+}
+
+fn complaints(of: &str, lines: &[Line]) -> Vec<String> {
+    let over = lines.iter().filter(|line| !line.holds());
+    over.map(|line| format!("{of}: {} is {}, at most {} in {FILE}", line.name, line.measured, line.limit))
+        .collect()
+}
+
+fn frames(budget: &Frames) -> Vec<Line> {
+    fn bytes<M: Message>(message: &M) -> u64 {
+        let mut buffer = [0; FRAME_BYTES_MAX];
+        // What cannot be sent takes more than any limit allows.
+        frame::encode(1, message, &mut buffer).map_or(u64::MAX, |frame| as_u64(frame.len()))
+    }
+    let tick = 3_600_000;
+    let readings = Readings {
+        tick,
+        encoders: EncoderCounts { left: 1_000_000, right: -1_000_000 },
+        ..Readings::default()
+    };
+    let scan = Readings {
+        pose_fix: Some(Pose { x_m: 1.0, y_m: 2.0, heading_rad: 3.0 }),
+        scan: Some(Scan { ranges_m: [Some(0.1); SENSORS] }),
+        ..readings
+    };
+    let outputs = Outputs {
+        tick,
+        commanded_at_tick: tick,
+        state_digest: u64::MAX,
+        stopped: None,
+        ..Outputs::default()
+    };
+    vec![
+        Line::new("largest, bytes", as_u64(FRAME_BYTES_MAX), budget.largest_bytes),
+        Line::new("readings, bytes", bytes(&FromHost::Sense(readings)), budget.readings_bytes),
+        Line::new("readings with pose and scan, bytes", bytes(&FromHost::Sense(scan)), budget.scan_bytes),
+        Line::new("outputs, bytes", bytes(&FromBoard::Outputs(outputs)), budget.outputs_bytes),
+    ]
+}
+
+fn as_u64(bytes: usize) -> u64 {
+    u64::try_from(bytes).unwrap_or(u64::MAX)
 }
 
 fn measure(root: &Path, board: Board, budget: &Budget) -> Result<Vec<Line>, String> {
@@ -172,7 +240,7 @@ fn table(lines: &[Line]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Budget, FILE, Line, counts, table};
+    use super::{Budgets, FILE, Line, complaints, counts, frames, table};
     use crate::firmware::BOARDS;
     use std::collections::BTreeMap;
     use std::path::Path;
@@ -195,8 +263,9 @@ mod tests {
     fn every_board_has_a_budget() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
         let text = std::fs::read_to_string(root.join(FILE)).unwrap();
-        let budgets: BTreeMap<String, Budget> = toml::from_str(&text).unwrap();
-        assert!(BOARDS.iter().all(|board| budgets.contains_key(board.name)));
-        assert!(toml::from_str::<BTreeMap<String, Budget>>("[a]\nflash_byte = 1\n").is_err());
+        let budgets: Budgets = toml::from_str(&text).unwrap();
+        assert!(BOARDS.iter().all(|board| budgets.boards.contains_key(board.name)));
+        assert_eq!(complaints("frames", &frames(&budgets.frames)), [""; 0]);
+        assert!(toml::from_str::<Budgets>(&text.replace("flash_bytes", "flesh_bytes")).is_err());
     }
 }

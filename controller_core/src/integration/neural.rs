@@ -50,19 +50,26 @@ struct Activities<S: Scalar, const COLUMNS: usize, const ROWS: usize>([[S::Weigh
 const OUT: i32 = -8;
 
 impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> Activities<S, COLUMNS, ROWS> {
-    fn new<O: Output<S>>(
+    /// Sets all of them; in place, since they are what the stack holds most of.
+    fn set<O: Output<S>>(
+        &mut self,
         map: &Map<S, O, COLUMNS, ROWS>,
         parameters: &NeuralParameters<S>,
         target: &TargetField<S>,
         obstacles: &ObstacleField<S, COLUMNS, ROWS>,
-    ) -> Self {
+    ) {
         let out = S::from_i32(OUT);
-        let mut activities = [[out.to_weight(); ROWS]; COLUMNS];
+        self.0.as_flattened_mut().fill(out.to_weight());
         for (index, place) in map.places(Eligible::Trained) {
             let e = target.activity(&parameters.target, place) - obstacles.inhibition(index);
-            activities[usize::from(index.column)][usize::from(index.row)] = e.max(out).to_weight();
+            if let Some(stored) = self.at(usize::from(index.column), usize::from(index.row)) {
+                *stored = e.max(out).to_weight();
+            }
         }
-        Self(activities)
+    }
+
+    fn at(&mut self, column: usize, row: usize) -> Option<&mut S::Weight> {
+        self.0.get_mut(column).and_then(|rows| rows.get_mut(row))
     }
 
     /// Takes out the neuron with the largest activity, ties to the lower index.
@@ -80,7 +87,7 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> Activities<S, COLUMNS, 
         if e <= S::from_i32(OUT) {
             return None;
         }
-        self.0[column][row] = S::from_i32(OUT).to_weight();
+        *self.at(column, row)? = S::from_i32(OUT).to_weight();
         Some((NeuronIndex::new(column, row), e))
     }
 }
@@ -97,7 +104,8 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
 ) -> Option<Decision<S>> {
     let mut best: Option<Decision<S>> = None;
     let mut count = 0_u16;
-    let mut activities = Activities::new(map, parameters, target, obstacles);
+    let mut activities = Activities([[S::WEIGHT_ZERO; ROWS]; COLUMNS]);
+    activities.set(map, parameters, target, obstacles);
     while let Some((index, e)) = activities.pop_best() {
         if best.is_some_and(|decision| decision.activity >= e) {
             break;

@@ -148,7 +148,7 @@ fn measure(slow: &mut Slow) {
 
     slow.parameters = parameters(&papers());
     report("papers_target_and_integration", |moment| {
-        black_box(slow.reach(black_box(&job(moment))));
+        black_box(slow.reach(black_box(&job(moment).latched)));
     });
     report("papers_avoidance_and_integration", |moment| {
         black_box(slow.avoid(black_box(&job(moment))));
@@ -157,7 +157,7 @@ fn measure(slow: &mut Slow) {
     slow.parameters = parameters(&Config::default());
     slow.deliberation.restart();
     report("target_and_integration", |moment| {
-        black_box(slow.reach(black_box(&job(moment))));
+        black_box(slow.reach(black_box(&job(moment).latched)));
     });
     report("avoidance_and_integration", |moment| {
         black_box(slow.avoid(black_box(&job(moment))));

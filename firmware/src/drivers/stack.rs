@@ -23,3 +23,10 @@ pub fn bytes_max() -> u32 {
     }
     u32::try_from(top.addr().saturating_sub(word.addr())).unwrap_or(u32::MAX)
 }
+
+/// Whether a value lies within the stack.
+#[must_use]
+pub fn holds<T>(value: *const T) -> bool {
+    let (top, bottom) = (ptr::addr_of!(_stack_start).addr(), ptr::addr_of!(_stack_end).addr());
+    value.is_aligned() && value.addr() >= bottom && value.addr().saturating_add(size_of::<T>()) <= top
+}

@@ -114,16 +114,23 @@ fn run_in<S: StoredScalar>(args: &RunArgs, mut session: AnySession) -> Result<Ou
         session.configure(&config)?;
         session.upload_map(task.map, task.steps)?;
         let begin = Instant::now();
-        let driven = if args.real_time {
+        let mut driven = if args.real_time {
             drive_in_real_time(task, &config, &mut session)?
         } else {
             let port = LinkPort::begin(&mut session, &config)?;
             drive_in_lockstep(task, &config, port, args.link.verify)?
         };
         complain_counts(&session, begin);
-        complain(&format!("that is {:.1} × real time", driven.0.duration_s / begin.elapsed().as_secs_f64()));
+        complain(&format!(
+            "that is {:.1} × real time",
+            driven.result.duration_s / begin.elapsed().as_secs_f64()
+        ));
         session.stop()?;
-        Ok(driven)
+        let health = session.health()?;
+        if let Some(bytes) = health.stack_bytes_max {
+            driven.notes.push(("stack", format!("{bytes} bytes on the board at most")));
+        }
+        Ok(Driven { health: Some(health), ..driven })
     })
 }
 
@@ -134,15 +141,14 @@ fn drive_in_lockstep<S: StoredScalar>(
     verify: bool,
 ) -> Result<Driven, CliError> {
     if !verify {
-        return Ok((mission::run(task.scenario, port, config, task.options)?, Vec::new()));
+        let result = mission::run(task.scenario, port, config, task.options)?;
+        return Ok(Driven { result, notes: Vec::new(), health: None });
     }
     let reference = Sil::trained(config, task.map.clone(), task.steps)?;
     let verified = Verified { tested: port, reference };
     let result = mission::run(task.scenario, verified, config, task.options)?;
-    Ok((
-        result,
-        vec![("verified", String::from("the same state digest as in this process after every tick"))],
-    ))
+    let notes = vec![("verified", String::from("the same state digest as in this process after every tick"))];
+    Ok(Driven { result, notes, health: None })
 }
 
 fn drive_in_real_time<S: StoredScalar>(
@@ -154,7 +160,7 @@ fn drive_in_real_time<S: StoredScalar>(
     let result = mission::run(task.scenario, &mut port, config, task.options)?;
     let pace = port.pace().clone();
     let health = session.health()?;
-    Ok((result, real_time_facts(&pace, &health)))
+    Ok(Driven { result, notes: real_time_facts(&pace, &health), health: None })
 }
 
 fn real_time_facts(pace: &Pace, health: &Health) -> Vec<(&'static str, String)> {

@@ -7,6 +7,7 @@ use host_sim::mission::{MissionOptions, MissionResult};
 use host_sim::scenario::Scenario;
 use host_sim::sil::{HostMap, Indirect};
 use host_sim::sweep::{self, LOG_PERIOD_MS};
+use protocol::message::Health;
 use serde_json::json;
 
 use super::args::{ControllerArg, RunArgs, ScalarArg};
@@ -36,7 +37,7 @@ fn run_in<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
         run_once::<S>(args, |task| {
             let architecture = Some(task.controller.architecture());
             let result = sweep::run_one(task.scenario, task.config, architecture, task.map, task.options)?;
-            Ok((result, Vec::new()))
+            Ok(Driven { result, notes: Vec::new(), health: None })
         })
     }
 }
@@ -52,8 +53,14 @@ pub struct Task<'a, S: StoredScalar> {
     pub options: MissionOptions,
 }
 
-/// What came of it, and what else there is to say.
-pub type Driven = (MissionResult, Vec<(&'static str, String)>);
+/// What came of it.
+pub struct Driven {
+    pub result: MissionResult,
+    /// What else there is to say.
+    pub notes: Vec<(&'static str, String)>,
+    /// How the board did, where there is one.
+    pub health: Option<Health>,
+}
 
 /// Runs a scenario once; `drive` says by which controller.
 pub fn run_once<S: StoredScalar>(
@@ -79,11 +86,15 @@ pub fn run_once<S: StoredScalar>(
     let sample_ms = if folder.is_some() { LOG_PERIOD_MS } else { 0 };
     let options = MissionOptions { seed: plan.seed, sample_ms };
     let task = Task { scenario: &scenario, config: &config, controller, map: &map, steps, options };
-    let (result, notes) = drive(&task)?;
+    let Driven { result, notes, health } = drive(&task)?;
     let run = SingleRun { scenario: &scenario, controller, scalar: S::NAME, result: &result };
     let files = folder.map_or_else(|| Ok(Vec::new()), |folder| run.write(&folder))?;
     if args.json {
-        print_json(&run.json(&training, &files))?;
+        let mut document = run.json(&training, &files);
+        if let Some(health) = health {
+            document["board"] = json!({ "health": health });
+        }
+        print_json(&document)?;
     } else {
         let wrote = if files.is_empty() { String::new() } else { format!("wrote {}\n", files.join(", ")) };
         let (head, notes) = (facts([source]), facts(notes));
