@@ -313,11 +313,11 @@ fn a_board_can_be_asked_what_it_is_and_given_parameters() {
     let text = stdout(&output);
     assert_eq!(fact(&text, "board"), "stub");
     let row = fact(&text, "robot.body_radius_m");
-    assert_eq!(row.split_whitespace().collect::<Vec<_>>(), ["0.03", "0.0275", "m"], "{text}");
+    assert_eq!(row.split_whitespace().collect::<Vec<_>>(), ["0.03", "0.025", "m"], "{text}");
     let document = json(folder.path(), &["link", "stub", "--json"]);
     assert_eq!((&document["scalar"], &document["health"]["tick"]), (&Value::from("f32"), &Value::from(0)));
 
-    let link = |more: &[&str]| [&["link", "stub"][..], more].concat();
+    let link = |more: &[&'static str]| [&["link", "stub"][..], more].concat();
     assert_refused(folder.path(), &link(&["--set", "robot.wheels=3"]), &["robot.wheels", "config --print"]);
     assert_refused(
         folder.path(),
