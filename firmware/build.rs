@@ -3,8 +3,8 @@
 //! Linker arguments stand here and not in a `.cargo/config.toml`, so that the image can be built from any directory,
 //! and so that changing them does not build `core`'s dependants anew.
 
-use std::env;
 use core::error::Error;
+use std::env;
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;

@@ -246,7 +246,12 @@ impl<S: Scalar> Slow<S> {
         let map = self.deliberation.map();
         let numbers = usize::from(first)..;
         let indices = numbers.map_while(neuron_index::<COLUMNS, ROWS>).take(NEURONS_PER_MESSAGE);
-        Neurons { first, neurons: indices.map(|index| NeuronRecord::of(map, index)).collect() }
+        let mut neurons = Vec::new();
+        for index in indices {
+            // There is room: so many were taken.
+            let _ = neurons.push(NeuronRecord::of(map, index));
+        }
+        Neurons { first, neurons }
     }
 
     /// `false`, and nothing changed, where the lattice has no such neurons.
@@ -578,8 +583,13 @@ fn no_such_neurons() -> FromBoard {
 #[inline(never)]
 fn change_checkpoints<S: Scalar>(fast: &mut Fast<S>, change: &Checkpoints) -> Result<(), Refusal> {
     let place = |point: &Point<f32>| Point::<S>::from_metres(point.x_m, point.y_m);
-    let places = |points: &[Point<f32>]| -> Vec<Point<S>, CHECKPOINTS_PER_MESSAGE> {
-        points.iter().map(place).collect()
+    let places = |points: &[Point<f32>]| {
+        let mut places: Vec<Point<S>, CHECKPOINTS_PER_MESSAGE> = Vec::new();
+        for point in points {
+            // A message has no more than there is room for.
+            let _ = places.push(place(point));
+        }
+        places
     };
     let ahead = &mut fast.reflex.checkpoints;
     let changed: Result<(), CheckpointError> = match change {

@@ -241,8 +241,8 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
         let closest = |best: (usize, S), other: (usize, S)| if other.1 < best.1 { other } else { best };
         let (first, _) = known().reduce(closest)?;
         let mut nearest = nearest_in(first)?;
-        for (column, _) in known().filter(|&(column, _)| column != first) {
-            if bounds[column].is_some_and(|bound| bound < nearest) {
+        for (column, bound) in known().filter(|&(column, _)| column != first) {
+            if bound < nearest {
                 nearest = nearest_in(column).map_or(nearest, |offset| offset.min(nearest));
             }
         }

@@ -15,6 +15,7 @@ use crate::kohonen::features::{Features, Scaling};
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::{Eligible, Map, WinnerParameters};
 use crate::kohonen::output::Output;
+use crate::list::first;
 use crate::scalar::Scalar;
 use crate::units::{Polar, angle_between, wrap};
 
@@ -103,7 +104,7 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
                     .map_or(sensed, |index| map.place(index).unfolded()),
             }
         };
-        let centres: Vec<Features<S>, SENSORS> = detections.iter().map(centre).collect();
+        let centres: Vec<Features<S>, SENSORS> = first(detections.iter().map(centre));
         for column in 0..COLUMNS {
             // Of a column's neurons, the obstacles far aside decide nothing.
             let near = |turned: S, slack: S| -> Vec<Features<S>, SENSORS> {
@@ -111,7 +112,7 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
                     let bound = spans.nearest(column, wrap(centre.bearing + turned));
                     bound.is_some_and(|bound| !is_aside(p, (bound - slack).max(S::ZERO)))
                 };
-                centres.iter().filter(counts).copied().collect()
+                first(centres.iter().filter(counts).copied())
             };
             let ahead = near(S::ZERO, S::ZERO);
             // The map holds places behind turned by half a turn; turning rounds.
@@ -120,7 +121,9 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
                 let deciding = if place.distance < S::ZERO { &behind } else { &ahead };
                 let place = place.unfolded();
                 let sum = deciding.iter().fold(S::ZERO, |sum, &centre| sum + activity(p, centre, place));
-                self.sum[column][row] = sum.to_weight();
+                if let Some(stored) = self.sum.get_mut(column).and_then(|rows| rows.get_mut(row)) {
+                    *stored = sum.to_weight();
+                }
             }
         }
     }
