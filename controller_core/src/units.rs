@@ -16,7 +16,7 @@ use crate::scalar::Scalar;
 /// ```
 #[must_use]
 pub fn wrap<S: Scalar>(angle_rad: S) -> S {
-    if angle_rad >= -S::PI && angle_rad < S::PI { angle_rad } else { turn_back(angle_rad) }
+    if angle_rad.abs() < S::PI { angle_rad } else { turn_back(angle_rad) }
 }
 
 /// [`wrap`] where there is something to do; apart, because mostly there is nothing.

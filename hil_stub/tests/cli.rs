@@ -2,10 +2,10 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests, which clippy.toml cannot know")]
 
+use core::time::Duration;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Child, Command, Output, Stdio};
-use std::time::Duration;
 
 use protocol::frame::{Decoder, FRAME_BYTES_MAX, encode};
 use protocol::message::{Board, FromBoard, FromHost, Refusal};

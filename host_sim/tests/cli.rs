@@ -278,3 +278,79 @@ fn a_reader_that_went_away_is_no_error() {
     let output = child.wait_with_output().unwrap();
     assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""));
 }
+
+#[test]
+fn a_board_makes_the_same_run_and_learns_the_same_map() {
+    let folder = TempDir::new().unwrap();
+    let here = json(folder.path(), &["run", "p2_fig6", "--steps", "600", "--scalar", "fixed", "--json"]);
+    let arguments =
+        ["run", "p2_fig6", "--steps", "600", "--scalar", "fixed", "--json", "--link", "stub", "--verify"];
+    let output = run(folder.path(), &arguments);
+    let there: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(there["result"], here["result"]);
+    let said = stderr(&output);
+    for words in ["connected to stub: board stub, scalar fixed", "lockstep", "× real time"] {
+        assert!(said.contains(words), "{words} is missing in:\n{said}");
+    }
+
+    let train = |more: &[&str]| {
+        let output = run(folder.path(), &[&["train", "--steps", "60"][..], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        stdout(&output)
+    };
+    let here = train(&["--out", "here.ekm"]);
+    let there = train(&["--out", "there.ekm", "--link", "stub", "--verify"]);
+    assert_eq!(fact(&there, "state hash"), fact(&here, "state hash"));
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(bytes("there.ekm"), bytes("here.ekm"));
+}
+
+#[test]
+fn a_board_can_be_asked_what_it_is_and_given_parameters() {
+    let folder = TempDir::new().unwrap();
+    let output = run(folder.path(), &["link", "stub", "--parameters", "--set", "robot.body_radius_m=0.03"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let text = stdout(&output);
+    assert_eq!(fact(&text, "board"), "stub");
+    let row = fact(&text, "robot.body_radius_m");
+    assert_eq!(row.split_whitespace().collect::<Vec<_>>(), ["0.03", "0.025", "m"], "{text}");
+    let document = json(folder.path(), &["link", "stub", "--json"]);
+    assert_eq!((&document["scalar"], &document["health"]["tick"]), (&Value::from("f32"), &Value::from(0)));
+
+    let link = |more: &[&'static str]| [&["link", "stub"][..], more].concat();
+    assert_refused(folder.path(), &link(&["--set", "robot.wheels=3"]), &["robot.wheels", "config --print"]);
+    assert_refused(
+        folder.path(),
+        &link(&["--set", "robot.body_radius_m=-1"]),
+        &["robot.body_radius_m", "must be"],
+    );
+    assert_refused(folder.path(), &link(&["--set", "robot.body_radius_m"]), &["NAME=VALUE"]);
+    assert_refused(folder.path(), &["link", "usb:1"], &["usb:1", "tcp:HOST:PORT"]);
+}
+
+#[test]
+fn a_board_that_is_not_there_or_cannot_do_it_is_said_so() {
+    let folder = TempDir::new().unwrap();
+    for (arguments, words) in [
+        (&["run", "p2_fig6", "--link", "serial:/dev/ttyNONE7"][..], &["/dev/ttyNONE7", "plugged in"][..]),
+        (&["train", "--link", "qemu:stm32f405", "--image", "none"], &["none", "cargo xtask firmware"]),
+        (&["run", "p2_fig6", "--link", "qemu:stm32f405", "--real-time"], &["qemu:stm32f405:usart"]),
+        (&["link", "tcp:127.0.0.1:1"], &["127.0.0.1:1", "hil_stub"]),
+    ] {
+        let output = run(folder.path(), arguments);
+        assert_eq!(output.status.code(), Some(3), "{arguments:?}: {}", stderr(&output));
+        assert!(stdout(&output).is_empty(), "{arguments:?}");
+        for word in words {
+            assert!(stderr(&output).contains(word), "{arguments:?} must say {word}: {}", stderr(&output));
+        }
+    }
+    let with_link = |arguments: &[&'static str]| [arguments, &["--link", "stub"]].concat();
+    assert_refused(
+        folder.path(),
+        &with_link(&["run", "p2_fig6", "--runs", "2"]),
+        &["--runs", "one run at a time"],
+    );
+    assert_refused(folder.path(), &with_link(&["train", "--trials", "2"]), &["--trials", "one map"]);
+    assert_refused(folder.path(), &["run", "p2_fig6", "--verify"], &["--link"]);
+    assert_refused(folder.path(), &["run", "p2_fig6", "--real-time"], &["--link"]);
+}

@@ -3,10 +3,11 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "helpers of tests are tests, which clippy.toml cannot know")]
 
+use core::time::Duration;
 use std::io::{self, Read, Write};
 use std::net::TcpListener;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use controller_core::config::Config;
 use controller_core::controller::Mode;
@@ -419,7 +420,7 @@ fn a_board_that_falls_silent_in_mid_run_ends_the_run_in_time() {
         }
         let mut stub = stub.borrow_mut();
         stub.receive(
-            &encode(frame.sequence, &frame.message, &mut [0; FRAME_BYTES_MAX]).unwrap(),
+            encode(frame.sequence, &frame.message, &mut [0; FRAME_BYTES_MAX]).unwrap(),
             Duration::ZERO,
         );
         let answer = stub.output().to_vec();

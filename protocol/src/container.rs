@@ -11,8 +11,6 @@
 //! The frame around the body has no version, so that a reader of any version can tell damage from novelty: the
 //! versions are the body's. The length is there so that a cut block is told from a damaged one.
 
-use crc::{CRC_32_ISO_HDLC, Crc, Table};
-
 const MAGIC_BYTES: usize = 8;
 const BODY_OFFSET: usize = MAGIC_BYTES + 4;
 const CRC_BYTES: usize = 4;
@@ -20,15 +18,37 @@ const CRC_BYTES: usize = 4;
 /// Bytes around the body.
 pub(crate) const OVERHEAD_BYTES: usize = BODY_OFFSET + CRC_BYTES;
 
-// A static, so that the table stands in flash once; 1 KiB for a byte at a time.
-static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+/// What half a byte does to the CRC: 64 bytes of flash, where a table of whole bytes takes a kilobyte.
+static CRC_OF_HALF_BYTES: [u32; 16] = crc_of_half_bytes();
+
+const fn crc_of_half_bytes() -> [u32; 16] {
+    /// The polynomial of CRC-32, lowest bit first.
+    const POLYNOMIAL: u32 = 0xEDB8_8320;
+    let mut table = [0; 16];
+    let mut half_byte: u32 = 0;
+    let mut at = 0;
+    while at < table.len() {
+        let mut crc = half_byte;
+        let mut bits = 0;
+        while bits < 4 {
+            crc = if crc & 1 == 1 { crc >> 1 ^ POLYNOMIAL } else { crc >> 1 };
+            bits += 1;
+        }
+        table[at] = crc;
+        at += 1;
+        half_byte += 1;
+    }
+    table
+}
 
 /// The CRC of some bytes followed by `bytes`, from the CRC of those alone; 0 is that of none.
 pub(crate) fn extend_crc(crc: u32, bytes: &[u8]) -> u32 {
-    // The CRC is its register inverted, and the crate takes a register the other way round.
-    let mut digest = CRC.digest_with_initial((!crc).reverse_bits());
-    digest.update(bytes);
-    digest.finalize()
+    let low = |crc: u32| CRC_OF_HALF_BYTES[usize::from(crc.to_le_bytes()[0] & 15)];
+    !bytes.iter().fold(!crc, |crc, &byte| {
+        let crc = crc ^ u32::from(byte);
+        let crc = crc >> 4 ^ low(crc);
+        crc >> 4 ^ low(crc)
+    })
 }
 
 /// Why a block is not whole.
@@ -55,7 +75,7 @@ pub(crate) fn seal(magic: [u8; MAGIC_BYTES], out: &mut [u8], body_bytes: usize) 
     let (covered, crc) = block.split_last_chunk_mut::<CRC_BYTES>()?;
     covered.get_mut(..MAGIC_BYTES)?.copy_from_slice(&magic);
     covered.get_mut(MAGIC_BYTES..BODY_OFFSET)?.copy_from_slice(&u32::try_from(total).ok()?.to_le_bytes());
-    *crc = CRC.checksum(covered).to_le_bytes();
+    *crc = extend_crc(0, covered).to_le_bytes();
     Some(block)
 }
 
@@ -77,7 +97,7 @@ pub(crate) fn open(magic: [u8; MAGIC_BYTES], block: &[u8]) -> Result<&[u8], Dama
         return Err(Damage::TrailingBytes { expected_bytes, found_bytes });
     }
     let (covered, stored) = block.split_last_chunk::<CRC_BYTES>().ok_or_else(|| truncated(OVERHEAD_BYTES))?;
-    let (stored, computed) = (u32::from_le_bytes(*stored), CRC.checksum(covered));
+    let (stored, computed) = (u32::from_le_bytes(*stored), extend_crc(0, covered));
     if stored != computed {
         return Err(Damage::Checksum { stored, computed });
     }

@@ -37,7 +37,7 @@ impl<S: Scalar> Rig<S> {
         let model = KheperaModel::new(&config.robot, &config.servo, 0.0);
         let robot = Khepera::new(model, start, Stream::new(1, Purpose::Slip));
         let last = robot.encoders();
-        Self { p: config.build::<S, 12>().unwrap().servo, servo: Servo::default(), robot, last }
+        Self { p: config.build::<S, 12>().unwrap().reflex.servo, servo: Servo::default(), robot, last }
     }
 
     fn drive(&mut self, speed_mps: f32) -> WheelDrive<S> {

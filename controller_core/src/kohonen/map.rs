@@ -51,10 +51,18 @@ pub struct Spans<S, const COLUMNS: usize> {
 }
 
 impl<S: Scalar, const COLUMNS: usize> Spans<S, COLUMNS> {
+    /// The middle of what a column spans, and how far to either side; `None` for a column without eligible neurons.
+    #[must_use]
+    pub fn middle(&self, column: usize) -> Option<(S, S)> {
+        let (least, most) = self.of_column.get(column).copied().flatten()?;
+        Some(((least + most) * S::HALF, (most - least) * S::HALF))
+    }
+
     /// A bound: no eligible neuron of the column has a bearing that differs by less from this one. `None` for a column
     /// without any, 0 where the way round the back might be shorter.
     ///
     /// Safe to the last bit: a rounded difference never falls when what it is taken from rises.
+    #[inline]
     #[must_use]
     pub fn nearest(&self, column: usize, bearing: S) -> Option<S> {
         let (least, most) = self.of_column.get(column).copied().flatten()?;
@@ -235,20 +243,27 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
             offsets.reduce(S::min)
         };
         // The bearings of a column are no nearer than its span; so most columns are settled by that alone.
-        let bounds: [Option<S>; COLUMNS] =
-            core::array::from_fn(|column| spans.nearest(column, place.bearing));
-        let known = || bounds.iter().enumerate().filter_map(|(column, &bound)| Some((column, bound?)));
-        let closest = |best: (usize, S), other: (usize, S)| if other.1 < best.1 { other } else { best };
-        let (first, _) = known().reduce(closest)?;
+        // Beyond any angle where the column has none to offer.
+        let mut bounds = [S::LIMIT; COLUMNS];
+        let mut first = (0, S::LIMIT);
+        for (column, slot) in bounds.iter_mut().enumerate() {
+            if let Some(bound) = spans.nearest(column, place.bearing) {
+                *slot = bound;
+                if bound < first.1 {
+                    first = (column, bound);
+                }
+            }
+        }
+        let first = first.0;
         let mut nearest = nearest_in(first)?;
-        for (column, bound) in known().filter(|&(column, _)| column != first) {
-            if bound < nearest {
+        for (column, &bound) in bounds.iter().enumerate() {
+            if bound < nearest && column != first {
                 nearest = nearest_in(column).map_or(nearest, |offset| offset.min(nearest));
             }
         }
         let admitted = nearest + parameters.bearing_tolerance;
         let mut best: Option<(S, usize, usize)> = None;
-        for (column, bound) in known() {
+        for (column, &bound) in bounds.iter().enumerate() {
             if bound > admitted {
                 continue;
             }

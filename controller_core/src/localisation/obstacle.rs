@@ -47,14 +47,11 @@ pub struct ObstacleFieldParameters<S> {
 /// exp(−16) is a ten-millionth: a field that weak decides nothing, so its exponential is not computed.
 const NEGLIGIBLE_EXPONENT: i32 = 16;
 
-/// Far above the rounding of either scalar when a bearing is turned by π.
-const TURNING_SLACK_RAD: f32 = 1e-3;
+/// Its root: so many times the inverse steepness aside, a field is negligible at any distance.
+const NEGLIGIBLE_WIDTHS: i32 = 4;
 
-/// So far aside of an obstacle its field is negligible at any distance.
-fn is_aside<S: Scalar>(p: &ObstacleFieldParameters<S>, aside_rad: S) -> bool {
-    let bearing = aside_rad * p.bearing_steepness;
-    bearing * bearing > S::from_i32(NEGLIGIBLE_EXPONENT)
-}
+/// Far above the rounding of either scalar where bearings are compared.
+const SLACK_RAD: f32 = 1e-3;
 
 /// The activity that one obstacle at `centre` gives to an unfolded place (P2 Eq. 6, 7).
 #[must_use]
@@ -65,7 +62,7 @@ pub fn activity<S: Scalar>(p: &ObstacleFieldParameters<S>, centre: Features<S>, 
     let steepness = if beyond >= S::ZERO { p.behind_steepness } else { p.front_steepness };
     let along = beyond * steepness;
     let exponent = across + along * along;
-    if exponent > S::from_i32(NEGLIGIBLE_EXPONENT) { S::ZERO } else { exponent.exp_neg() }
+    if exponent <= S::from_i32(NEGLIGIBLE_EXPONENT) { exponent.exp_neg_within_16() } else { S::ZERO }
 }
 
 /// `Σ_j b_ij` for every neuron i of the map.
@@ -105,18 +102,28 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
             }
         };
         let centres: Vec<Features<S>, SENSORS> = first(detections.iter().map(centre));
+        // By value, so that they stay in registers.
+        let p = &ObstacleFieldParameters { ..*p };
+        let width = S::from_i32(NEGLIGIBLE_WIDTHS) / p.bearing_steepness + S::from_f32(SLACK_RAD);
+        let mut ahead = Vec::<Features<S>, SENSORS>::new();
+        let mut behind = Vec::<Features<S>, SENSORS>::new();
         for column in 0..COLUMNS {
-            // Of a column's neurons, the obstacles far aside decide nothing.
-            let near = |turned: S, slack: S| -> Vec<Features<S>, SENSORS> {
-                let counts = |centre: &&Features<S>| {
-                    let bound = spans.nearest(column, wrap(centre.bearing + turned));
-                    bound.is_some_and(|bound| !is_aside(p, (bound - slack).max(S::ZERO)))
-                };
-                first(centres.iter().filter(counts).copied())
-            };
-            let ahead = near(S::ZERO, S::ZERO);
-            // The map holds places behind turned by half a turn; turning rounds.
-            let behind = near(S::PI, S::from_f32(TURNING_SLACK_RAD));
+            let Some((middle, half_span)) = spans.middle(column) else { continue };
+            // The map holds places behind turned by half a turn.
+            let opposite = wrap(middle + S::PI);
+            // Of a column's neurons, the obstacles farther aside decide nothing.
+            let aside = half_span + width;
+            ahead.clear();
+            behind.clear();
+            for centre in &centres {
+                // There is room for all of them.
+                if angle_between(middle, centre.bearing).abs() <= aside {
+                    let _ = ahead.push(*centre);
+                }
+                if angle_between(opposite, centre.bearing).abs() <= aside {
+                    let _ = behind.push(*centre);
+                }
+            }
             for (row, place) in map.rows(column, Eligible::Trained) {
                 let deciding = if place.distance < S::ZERO { &behind } else { &ahead };
                 let place = place.unfolded();

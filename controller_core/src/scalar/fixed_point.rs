@@ -70,6 +70,13 @@ impl Fixed {
         Self(I12F20::lit(text))
     }
 
+    /// Rounded, not truncated: a floor would pull every servo and learning update the same way.
+    #[inline(always)]
+    fn product(self, other: Self) -> Self {
+        let wide = i64::from(self.raw()) * i64::from(other.raw()) + (1 << (FRACTION_BITS - 1));
+        Self::from_bits(saturate_shifted(wide))
+    }
+
     const fn raw(self) -> i32 {
         self.0.to_bits()
     }
@@ -98,10 +105,10 @@ impl Neg for Fixed {
 
 impl Mul for Fixed {
     type Output = Self;
+    // Called on a board, where a hundred copies of it have no room.
+    #[cfg_attr(target_arch = "arm", inline(never))]
     fn mul(self, other: Self) -> Self {
-        // Rounded, not truncated: a floor would pull every servo and learning update the same way.
-        let wide = i64::from(self.raw()) * i64::from(other.raw()) + (1 << (FRACTION_BITS - 1));
-        Self::from_bits(saturate_shifted(wide))
+        self.product(other)
     }
 }
 
@@ -153,7 +160,7 @@ fn atan_unit(z: Fixed) -> Fixed {
 
 /// c₀ + x (c₁ + x (c₂ + …)).
 fn horner(x: Fixed, coefficients: &[Fixed]) -> Fixed {
-    coefficients.iter().rev().fold(Fixed::ZERO, |sum, &c| sum * x + c)
+    coefficients.iter().rev().fold(Fixed::ZERO, |sum, &c| sum.product(x) + c)
 }
 
 impl Scalar for Fixed {

@@ -14,6 +14,14 @@ fn exp2_neg_fraction(f: f32) -> f32 {
     1.0 + t * p
 }
 
+/// 2⁻ʸ for 0 ≤ y < 126.
+#[inline(always)]
+fn exp2_neg(y: f32) -> f32 {
+    let n = whole(y + 0.5);
+    let f = y - float(n.cast_signed());
+    exp2_neg_fraction(f) * f32::from_bits(127_u32.wrapping_sub(n) << 23)
+}
+
 /// The integer part of a value known to be small and non-negative.
 #[allow(
     clippy::cast_possible_truncation,
@@ -107,7 +115,7 @@ impl Scalar for f32 {
         micromath::F32(y).atan2(micromath::F32(x)).0
     }
 
-    // Into the loops over neurons, where the coefficients then stay in registers.
+    // Into the loops over neurons, where the coefficients then stay in registers; likewise below.
     #[inline(always)]
     fn exp_neg(self) -> Self {
         if self <= 0.0 {
@@ -115,12 +123,11 @@ impl Scalar for f32 {
         }
         let y = self * core::f32::consts::LOG2_E;
         // Below 2⁻¹²⁶ the result would be subnormal: no field is that weak. NaN gives 0, too.
-        if y < 126.0 {
-            let n = whole(y + 0.5);
-            let f = y - float(n.cast_signed());
-            exp2_neg_fraction(f) * Self::from_bits((127 - n) << 23)
-        } else {
-            0.0
-        }
+        if y < 126.0 { exp2_neg(y) } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn exp_neg_within_16(self) -> Self {
+        exp2_neg(self * core::f32::consts::LOG2_E)
     }
 }

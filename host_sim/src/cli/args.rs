@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use controller_core::config::Architecture;
-use host_sim::link::address::Address;
+use host_sim::link::address::{Address, FORMS};
 use protocol::message::ScalarKind;
 
 /// Training steps after which the map is as good as it gets; P1 trains longer by chance encounters.
@@ -94,9 +94,8 @@ pub struct WayArgs {
 /// Whether the controller runs in this process or on a board.
 #[derive(Debug, Args)]
 pub struct LinkArgs {
-    /// Drive a board instead of the core in this process: stub, qemu:stm32f405[:usart], qemu:stm32f100[:usart],
-    /// serial:/dev/tty…, pty:/dev/pts/…, tcp:HOST:PORT
-    #[arg(long, value_name = "ADDRESS")]
+    // As text, since the forms of an address would pass for links in a doc comment.
+    #[arg(long, value_name = "ADDRESS", help = format!("Drive a board instead of the core in this process: {FORMS}"))]
     pub link: Option<Address>,
     #[command(flatten)]
     pub way: WayArgs,
@@ -226,12 +225,11 @@ pub struct PlanArgs {
 Examples:
   host_sim link stub                            a board played by this process
   host_sim link serial:/dev/ttyACM0 --parameters
-  host_sim link pty:/dev/pts/3 --set servo.stall_share=0.3 --set neural.target.amplitude=1
+  host_sim link pty:/dev/pts/3 --set servo.stall_share=0.3
 
 Parameters have the names of the configuration file (`config --print`); they are set as a group or not at all.")]
 pub struct InspectArgs {
-    /// Where the board is: stub, qemu:stm32f405[:usart], qemu:stm32f100[:usart], serial:/dev/tty…, pty:/dev/pts/…,
-    /// tcp:HOST:PORT
+    #[arg(help = format!("Where the board is: {FORMS}"))]
     pub address: Address,
     #[command(flatten)]
     pub way: WayArgs,

@@ -30,9 +30,9 @@ pub fn link(args: &InspectArgs) -> Result<Outcome, CliError> {
     }
     let shown = ask(&mut session, args.parameters)?;
     if args.json {
-        print_json(&document(&shown))?
+        print_json(&document(&shown))?;
     } else {
-        print(&text(&shown))?
+        print(&text(&shown))?;
     }
     Ok(Outcome::Ok)
 }

@@ -145,6 +145,17 @@ pub fn default_image(board: Board) -> PathBuf {
     target.join(triple).join("firmware").join("firmware")
 }
 
+/// The emulator's clock in real time: so many nanoseconds an instruction, as a power of two, 8 and 64. By the host's own
+/// clock the emulator loses timer interrupts; by counted instructions it does not. Slower than the boards, so that what
+/// is in time there is in time on them.
+#[cfg(unix)]
+fn real_time_clock(board: Board) -> &'static str {
+    match board {
+        Board::Stm32f405 | Board::Stub => "shift=3",
+        Board::Stm32f100 => "shift=6",
+    }
+}
+
 #[cfg(unix)]
 fn open_emulator(board: Board, usart: bool, options: &OpenOptions) -> Result<Box<dyn Transport>, LinkError> {
     use super::qemu::{Qemu, QemuOptions, Way};
@@ -159,8 +170,7 @@ fn open_emulator(board: Board, usart: bool, options: &OpenOptions) -> Result<Box
         board,
         image: options.image.clone().unwrap_or_else(|| default_image(board)),
         way: if usart { Way::Usart } else { Way::Semihosting },
-        // By the host's clock the emulator loses timer interrupts; by counted instructions it does not.
-        icount: options.real_time.then(|| String::from("shift=auto")),
+        icount: options.real_time.then(|| real_time_clock(board).to_owned()),
     })?))
 }
 

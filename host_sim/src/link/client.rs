@@ -210,7 +210,7 @@ impl<T: Transport> Client<T> {
             }
             let received = self.transport.receive(&mut self.received.buffer, left);
             let count = received.map_err(|error| LinkError::gone(&error, self.transport.post_mortem()))?;
-            self.bytes += count as u64;
+            self.bytes += u64::try_from(count).unwrap_or_default();
             (self.received.next, self.received.end) = (0, count);
             // Bytes of a whole frame, as nearly always, need not ask the clock.
             if count == 0 || self.received.buffer[count - 1] != DELIMITER {

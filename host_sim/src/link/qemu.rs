@@ -50,7 +50,7 @@ pub struct QemuOptions {
     /// The way to it.
     pub way: Way,
     /// The emulator's `-icount`: how its time goes. `None` is as fast as it can, by the host's clock, which loses timer
-    /// interrupts: for real time give `shift=auto`.
+    /// interrupts; in real time give a `shift`.
     pub icount: Option<String>,
 }
 
