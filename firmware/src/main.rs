@@ -49,17 +49,17 @@ mod app {
     use firmware::watch::Watch;
     use heapless::spsc::{Consumer, Producer, Queue};
     use protocol::endpoint::{Identity, Job, Session};
-    use protocol::frame::{DELIMITER, Decoder, Frame};
+    use protocol::frame::{DELIMITER, Decoder};
     use protocol::message::{FromBoard, FromHost, TimeBase};
     use rtic::Mutex;
 
     use crate::fault::{epoch, halt};
-    use crate::link::{Line, Locked, Reports, Sink, deliver};
+    use crate::link::{Line, Locked, Reports, Request, Sink, deliver};
 
     /// Bytes between the USART and who decodes them: more than come while the servo computes.
-    const RECEIVED_BYTES: usize = 64;
+    const RECEIVED_BYTES: usize = 32;
     /// Bytes between who sends and the USART: a report has room, longer frames are sent in parts.
-    const TO_SEND_BYTES: usize = 96;
+    const TO_SEND_BYTES: usize = 64;
 
     /// Bytes that one trap fetches from the FIFO: any frame without a scan.
     const READ_BYTES: usize = 64;
@@ -78,7 +78,7 @@ mod app {
         watch: Watch,
         decoder: &'static mut Decoder<FromHost>,
         /// For the request to answer next.
-        request: Filler<Frame<FromHost>>,
+        request: Filler<Request>,
         reports: Reports,
         line: Line,
     }
@@ -93,7 +93,7 @@ mod app {
         watchdog: Watchdog,
         avoidance: Taker<Job<Real>>,
         target: Taker<Latched<Real>>,
-        requested: Taker<Frame<FromHost>>,
+        requested: Taker<Request>,
         session: &'static mut Session,
         sink: Sink,
         input: Option<Input>,
@@ -105,7 +105,7 @@ mod app {
         slow: MaybeUninit<Slow> = MaybeUninit::uninit(),
         session_place: MaybeUninit<Session> = MaybeUninit::uninit(),
         decoder: Decoder<FromHost> = Decoder::new(),
-        request_slot: Slot<Frame<FromHost>> = Slot::new(),
+        request_slot: Slot<Request> = Slot::with(Request::BLANK),
         avoidance_slot: Slot<Job<Real>> = Slot::new(),
         target_slot: Slot<Latched<Real>> = Slot::new(),
         ring_in: Queue<u8, RECEIVED_BYTES> = Queue::new(),
@@ -329,16 +329,22 @@ mod app {
             sink.send(&mut line, &[DELIMITER]);
             sink.send(&mut line, session.announce(&mut access));
         }
-        let served = requested.take(|frame| {
-            let is_hello = matches!(frame.message, FromHost::Hello(_));
+        let served = requested.take(|request| {
+            // By reference: a second copy of the message would lie under the whole computation of a tick.
+            let read = &request.read();
+            let Ok(message) = read else {
+                access.decoder.lock(|decoder| decoder.count_as_bad());
+                return None;
+            };
+            let is_hello = matches!(message, FromHost::Hello(_));
             if is_hello {
                 // The tasks must not work on a controller that begins anew.
                 access.watch.lock(|watch| watch.is_real_time = false);
             }
-            (is_hello, session.serve(&mut access, frame))
+            Some((is_hello, session.serve_message(&mut access, request.sequence, message)))
         });
         // Only now, with the slot free again: the host answers at once.
-        let Some((is_hello, reply)) = served else { return };
+        let Some((is_hello, reply)) = served.flatten() else { return };
         sink.send(&mut line, reply);
         if is_hello {
             let is_real_time = session.time_base() == TimeBase::RealTime;
@@ -370,7 +376,7 @@ mod app {
         decoder: &mut impl Mutex<T = &'static mut Decoder<FromHost>>,
         fast: &mut impl Mutex<T = &'static mut Fast>,
         watch: &mut impl Mutex<T = Watch>,
-        request: &mut impl Mutex<T = Filler<Frame<FromHost>>>,
+        request: &mut impl Mutex<T = Filler<Request>>,
     ) -> ! {
         loop {
             let mut buffer = [0; READ_BYTES];
@@ -390,11 +396,11 @@ mod app {
         decoder: &mut impl Mutex<T = &'static mut Decoder<FromHost>>,
         fast: &mut impl Mutex<T = &'static mut Fast>,
         watch: &mut impl Mutex<T = Watch>,
-        request: &mut impl Mutex<T = Filler<Frame<FromHost>>>,
+        request: &mut impl Mutex<T = Filler<Request>>,
     ) {
         let is_request = decoder.lock(|decoder| match decoder.push_raw(byte)? {
             Ok(raw) => {
-                let delivered = deliver(raw, fast, watch, request);
+                let delivered = deliver(&raw, fast, watch, request);
                 if delivered.is_err() {
                     decoder.count_as_bad();
                 }

@@ -391,20 +391,28 @@ impl Session {
     /// nothing of what was before; what stops the wheels, whoever sends it and however it counts; and whatever comes
     /// under 0, the number of what the board says unasked. What is not answered gives an empty slice.
     pub fn serve<S: Scalar>(&mut self, access: &mut impl Access<S>, frame: &Frame<FromHost>) -> &[u8] {
-        let is_always_done = matches!(
-            frame.message,
-            FromHost::Hello(_) | FromHost::Sense(_) | FromHost::EStop | FromHost::Disarm
-        );
-        if frame.sequence == self.sent.sequence && frame.sequence != 0 && !is_always_done {
+        self.serve_message(access, frame.sequence, &frame.message)
+    }
+
+    /// As [`Session::serve`], for who has the parts of the frame.
+    pub fn serve_message<S: Scalar>(
+        &mut self,
+        access: &mut impl Access<S>,
+        sequence: u8,
+        message: &FromHost,
+    ) -> &[u8] {
+        let is_always_done =
+            matches!(message, FromHost::Hello(_) | FromHost::Sense(_) | FromHost::EStop | FromHost::Disarm);
+        if sequence == self.sent.sequence && sequence != 0 && !is_always_done {
             return self.sent.bytes();
         }
-        match &frame.message {
+        match message {
             FromHost::Step(readings) if self.is_open => {
                 let outcome = self.step(access, readings);
-                self.sent.put_outcome(frame.sequence, outcome);
+                self.sent.put_outcome(sequence, outcome);
             }
             request => {
-                if !self.reply(access, frame.sequence, request) {
+                if !self.reply(access, sequence, request) {
                     return &[];
                 }
             }
