@@ -26,7 +26,7 @@ use crate::schedule::{Stamped, Tick};
 use crate::sensing::proximity::{Scan, detections};
 use crate::units::{Point, Pose, WheelSpeeds};
 
-/// Points that the swept path is checked against.
+/// Points that the swept path is checked against: those remembered, and one of each sensor of a ring of twelve.
 const SWEEP_POINTS: usize = MEMORY_POINTS + 12;
 
 /// A training step under way.

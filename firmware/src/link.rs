@@ -8,8 +8,9 @@ use firmware::emulator::Output;
 use firmware::slot::Filler;
 use firmware::watch::Watch;
 use heapless::spsc::Producer;
+use protocol::codec::{DecodeError, from_bytes};
 use protocol::endpoint::Access;
-use protocol::frame::{self, Decoder, Frame, FrameError};
+use protocol::frame::{self, Decoder, Frame, RawFrame};
 use protocol::message::{FaultReport, FromBoard, FromHost, Health, Outputs};
 use rtic::Mutex;
 
@@ -56,21 +57,22 @@ where
     }
 }
 
-/// Takes what the decoder says. Readings and emergency stops act at once; `true` if there is a request to serve.
+/// Takes a frame from the decoder. Readings and emergency stops act at once; `true` if there is a request to serve.
+///
+/// # Errors
+/// Where the frame has no valid message.
+#[inline(never)]
 pub fn deliver(
-    result: Result<Frame<FromHost>, FrameError>,
+    raw: RawFrame<'_, FromHost>,
     fast: &mut impl Mutex<T = &'static mut Fast>,
     watch: &mut impl Mutex<T = Watch>,
     request: &mut impl Mutex<T = Filler<Frame<FromHost>>>,
-) -> bool {
-    let Ok(frame) = result else {
-        defmt::debug!("damaged frame");
-        return false;
-    };
+) -> Result<bool, DecodeError> {
+    let message = from_bytes::<FromHost>(raw.body)?;
     let is_real_time = watch.lock(|watch| watch.is_real_time);
     fast.lock(|fast| {
         fast.heard = fast.tick;
-        match &frame.message {
+        match &message {
             FromHost::EStop => {
                 fast.reflex.gate.emergency_stop();
                 motors::stop();
@@ -79,14 +81,14 @@ pub fn deliver(
             _ => {}
         }
     });
-    if matches!(frame.message, FromHost::Sense(_)) {
-        return false;
+    if matches!(message, FromHost::Sense(_)) {
+        return Ok(false);
     }
-    let is_taken = request.lock(|request| request.put(frame));
+    let is_taken = request.lock(|request| request.put(Frame { sequence: raw.sequence, message }));
     if !is_taken {
         watch.lock(|watch| watch.requests_dropped = watch.requests_dropped.saturating_add(1));
     }
-    is_taken
+    Ok(is_taken)
 }
 
 /// What the host is told unasked.

@@ -4,12 +4,15 @@
 //! | --- | --- | --- | --- | --- |
 //! | [`usart`](app::usart) | 6 | by each byte of the link | the next byte | the frame is damaged, and asked for again |
 //! | [`servo`](app::servo) | 5 | each millisecond | the next millisecond | counted; motors rest for a second |
-//! | [`decode`](app::decode) | 4 | by bytes received | none | the ring runs over: as a damaged frame |
-//! | [`report`](app::report) | 4 | by the servo | the next millisecond | the newer report replaces the older |
+//! | [`decode`](app::decode) | 5 | by bytes received | none | the ring runs over: as a damaged frame |
+//! | [`report`](app::report) | 5 | by the servo | the next millisecond | the newer report replaces the older |
 //! | [`avoid`](app::avoid) | 3 | each 128 ms, or training step | its next release | counted, release left out; motors rest |
 //! | [`reach`](app::reach) | 2 | each 256 ms | its next release | likewise |
 //! | [`serve`](app::serve) | 1 | by a request | none | the next request is dropped and counted |
 //! | [`idle`](app::idle) | 0 | | | |
+//!
+//! Decoding and reporting share the servo's priority, so that their stack frames do not add up on the board with 8 KiB; the
+//! servo may start late by the time that one frame takes.
 //!
 //! Periods are multiples of the servo's, which hardware times, so they do not drift. Periodic tasks rest in lockstep,
 //! where [`serve`](app::serve) computes whole ticks.
@@ -233,21 +236,21 @@ mod app {
                 defmt::warn!("a deadline was missed at tick {=u64}", fast.tick);
             }
             fast.reflex.supervision.deadline_missed = missed;
-            let (outputs, job) = fast.tick();
+            let (outputs, work) = fast.tick();
             if outputs.stopped.is_some() {
                 motors::stop();
             } else {
                 self.motors.drive(outputs.wheel_drive);
             }
             reports.put(&outputs);
-            if let Some(job) = job {
-                if job.released.target && !job.learns && watch.target.release(now_us) {
-                    self.for_target.put(job.latched);
-                    rtic::pend(REACH);
-                }
-                if (job.learns || job.released.avoidance) && watch.avoidance.release(now_us) {
-                    self.for_avoidance.put(job);
+            if let Some(work) = work {
+                if work.avoids && watch.avoidance.release(now_us) {
+                    self.for_avoidance.put(fast.job(work));
                     rtic::pend(AVOID);
+                }
+                if work.reaches && watch.target.release(now_us) {
+                    self.for_target.put(fast.latch(work));
+                    rtic::pend(REACH);
                 }
             }
             watch.servo_ends(This::micros(), SCB::is_pendst_pending());
@@ -255,7 +258,7 @@ mod app {
     }
 
     /// Bytes to frames; what cannot wait is done at once, the rest is left to [`serve`].
-    #[task(binds = EXTI0, priority = 4, local = [to_decode], shared = [decoder, fast, watch, request])]
+    #[task(binds = EXTI0, priority = 5, local = [to_decode], shared = [decoder, fast, watch, request])]
     fn decode(cx: decode::Context) {
         let decode::SharedResources { mut decoder, mut fast, mut watch, mut request, .. } = cx.shared;
         while let Some(byte) = cx.local.to_decode.dequeue() {
@@ -265,7 +268,7 @@ mod app {
     }
 
     /// Tells the host, unasked, what the servo has done.
-    #[task(binds = EXTI1, priority = 4, shared = [reports, line])]
+    #[task(binds = EXTI1, priority = 5, shared = [reports, line])]
     fn report(cx: report::Context) {
         let report::SharedResources { mut reports, mut line, .. } = cx.shared;
         if let Some(fault) = reports.lock(|reports| reports.fault.take()) {
@@ -382,8 +385,6 @@ mod app {
         }
     }
 
-    /// Kept out of [`decode`] and [`read_fifo`]: most bytes end no frame.
-    #[inline(never)]
     fn decode_byte(
         byte: u8,
         decoder: &mut impl Mutex<T = &'static mut Decoder<FromHost>>,
@@ -391,9 +392,20 @@ mod app {
         watch: &mut impl Mutex<T = Watch>,
         request: &mut impl Mutex<T = Filler<Frame<FromHost>>>,
     ) {
-        if let Some(result) = decoder.lock(|decoder| decoder.push(byte))
-            && deliver(result, fast, watch, request)
-        {
+        let is_request = decoder.lock(|decoder| match decoder.push_raw(byte)? {
+            Ok(raw) => {
+                let delivered = deliver(raw, fast, watch, request);
+                if delivered.is_err() {
+                    decoder.count_as_bad();
+                }
+                delivered.ok()
+            }
+            Err(_) => {
+                defmt::debug!("damaged frame");
+                None
+            }
+        });
+        if is_request == Some(true) {
             rtic::pend(SERVE);
         }
     }

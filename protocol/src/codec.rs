@@ -98,27 +98,41 @@ pub fn to_slice<'a, M: Message>(message: &M, buffer: &'a mut [u8]) -> Result<&'a
 ///
 /// # Errors
 /// See [`DecodeError`].
+// Not inlined, and the message handled once: on a small board every copy of it is felt on the stack.
+#[inline(never)]
 pub fn from_bytes<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
     if let Some(&key) = bytes.first()
         && key >= M::KINDS
     {
         return Err(DecodeError::UnknownMessage { key, known: M::KINDS });
     }
-    let (message, rest): (M, _) = postcard::take_from_bytes(bytes).map_err(|error| match error {
-        postcard::Error::DeserializeUnexpectedEnd => DecodeError::Truncated { found_bytes: bytes.len() },
-        other => DecodeError::Malformed { what: reason(&other) },
-    })?;
-    if !rest.is_empty() {
-        return Err(DecodeError::TrailingBytes { surplus_bytes: rest.len() });
+    let mut deserializer = postcard::Deserializer::from_bytes(bytes);
+    match M::deserialize(&mut deserializer) {
+        Ok(message) => {
+            let rest = deserializer.finalize().unwrap_or_default();
+            check(&message, bytes.len(), rest.len())?;
+            Ok(message)
+        }
+        Err(postcard::Error::DeserializeUnexpectedEnd) => {
+            Err(DecodeError::Truncated { found_bytes: bytes.len() })
+        }
+        Err(other) => Err(DecodeError::Malformed { what: reason(&other) }),
+    }
+}
+
+/// What postcard has no mind to.
+fn check<M: Message>(message: &M, found_bytes: usize, surplus_bytes: usize) -> Result<(), DecodeError> {
+    if surplus_bytes > 0 {
+        return Err(DecodeError::TrailingBytes { surplus_bytes });
     }
     // All else has one encoding: what is longer than need be has an integer that is.
-    let needed_bytes = postcard::serialize_with_flavor(&message, Size::default());
-    if needed_bytes != Ok(bytes.len()) {
+    let needed_bytes = postcard::serialize_with_flavor(message, Size::default());
+    if needed_bytes != Ok(found_bytes) {
         return Err(DecodeError::Malformed { what: "an integer takes more bytes than it needs" });
     }
     match message.first_invalid() {
         Some(field) => Err(DecodeError::InvalidValue { field }),
-        None => Ok(message),
+        None => Ok(()),
     }
 }
 
