@@ -14,6 +14,7 @@ use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::Map;
 use crate::kohonen::output::{ControlMatrix, Output};
 use crate::kohonen::self_organisation::{displacement, train};
+use crate::list::first;
 use crate::localisation::detour::Detour;
 use crate::localisation::memory::ObstacleMemory;
 use crate::localisation::obstacle::ObstacleField;
@@ -25,7 +26,7 @@ use crate::schedule::{Stamped, Tick};
 use crate::sensing::proximity::{Scan, detections};
 use crate::units::{Point, Pose, WheelSpeeds};
 
-/// Points that the swept path is checked against.
+/// Points that the swept path is checked against: those remembered, and one of each sensor of a ring of twelve.
 const SWEEP_POINTS: usize = MEMORY_POINTS + 12;
 
 /// A training step under way.
@@ -181,7 +182,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         }
         let pose = latched.pose;
         let seen = detections(&p.proximity, &self.scan);
-        self.standing.points = seen.iter().map(|place| place.to_point()).collect();
+        self.standing.points = first(seen.iter().map(|place| place.to_point()));
         let period = p.reflex.schedule.avoidance_period_ms;
         self.memory.age(&p.memory, period);
         let rotation = pose.heading_rad.sin_cos();

@@ -35,5 +35,7 @@ pub mod deliberation;
 
 pub mod controller;
 
+mod list;
+
 #[cfg(test)]
 mod testing;

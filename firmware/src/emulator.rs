@@ -106,6 +106,11 @@ fn word<'a>(line: &'a [u8], key: &[u8]) -> Option<&'a [u8]> {
 fn open(path: &[u8], mode: OpenMode) -> Option<OwnedFd> {
     let mut buffer = [0; PATH_BYTES];
     // One zero must be left at the end.
-    buffer.get_mut(..PATH_BYTES - 1)?.get_mut(..path.len())?.copy_from_slice(path);
+    if path.len() >= PATH_BYTES {
+        return None;
+    }
+    for (to, from) in buffer.iter_mut().zip(path) {
+        *to = *from;
+    }
     sys_open(CStr::from_bytes_until_nul(&buffer).ok()?, mode).ok()
 }

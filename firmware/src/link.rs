@@ -8,8 +8,9 @@ use firmware::emulator::Output;
 use firmware::slot::Filler;
 use firmware::watch::Watch;
 use heapless::spsc::Producer;
+use protocol::codec::{DecodeError, Message, from_bytes};
 use protocol::endpoint::Access;
-use protocol::frame::{self, Decoder, Frame, FrameError};
+use protocol::frame::{self, Decoder, RawFrame};
 use protocol::message::{FaultReport, FromBoard, FromHost, Health, Outputs};
 use rtic::Mutex;
 
@@ -56,37 +57,68 @@ where
     }
 }
 
-/// Takes what the decoder says. Readings and emergency stops act at once; `true` if there is a request to serve.
+/// A request as it came, to be read by who serves it: on the way there is no room for the largest message.
+pub struct Request {
+    /// Which it is.
+    pub sequence: u8,
+    length: usize,
+    body: [u8; FromHost::MAX_BYTES],
+}
+
+impl Request {
+    /// Of no meaning.
+    pub const BLANK: Self = Self { sequence: 0, length: 0, body: [0; FromHost::MAX_BYTES] };
+
+    fn set(&mut self, raw: &RawFrame<'_, FromHost>) {
+        self.sequence = raw.sequence;
+        self.length = raw.body.len();
+        for (to, from) in self.body.iter_mut().zip(raw.body) {
+            *to = *from;
+        }
+    }
+
+    /// Reads it.
+    ///
+    /// # Errors
+    /// Where it has no valid message.
+    pub fn read(&self) -> Result<FromHost, DecodeError> {
+        from_bytes(self.body.get(..self.length).unwrap_or_default())
+    }
+}
+
+/// Takes a frame from the decoder. Readings and emergency stops act at once; `true` if there is a request to serve.
+///
+/// # Errors
+/// Where readings cannot be read.
+#[inline(never)]
 pub fn deliver(
-    result: Result<Frame<FromHost>, FrameError>,
+    raw: &RawFrame<'_, FromHost>,
     fast: &mut impl Mutex<T = &'static mut Fast>,
     watch: &mut impl Mutex<T = Watch>,
-    request: &mut impl Mutex<T = Filler<Frame<FromHost>>>,
-) -> bool {
-    let Ok(frame) = result else {
-        defmt::debug!("damaged frame");
-        return false;
-    };
-    let is_real_time = watch.lock(|watch| watch.is_real_time);
+    request: &mut impl Mutex<T = Filler<Request>>,
+) -> Result<bool, DecodeError> {
     fast.lock(|fast| {
         fast.heard = fast.tick;
-        match &frame.message {
-            FromHost::EStop => {
-                fast.reflex.gate.emergency_stop();
-                motors::stop();
-            }
-            FromHost::Sense(readings) if is_real_time => fast.sense(readings),
-            _ => {}
+        if raw.body == [FromHost::ESTOP] {
+            fast.reflex.gate.emergency_stop();
+            motors::stop();
         }
     });
-    if matches!(frame.message, FromHost::Sense(_)) {
-        return false;
+    match &FromHost::read_sense(raw.body) {
+        None => {}
+        Some(Err(error)) => return Err(*error),
+        Some(Ok(readings)) => {
+            if watch.lock(|watch| watch.is_real_time) {
+                fast.lock(|fast| fast.sense(readings));
+            }
+            return Ok(false);
+        }
     }
-    let is_taken = request.lock(|request| request.put(frame));
+    let is_taken = request.lock(|request| request.fill(|request| request.set(raw)));
     if !is_taken {
         watch.lock(|watch| watch.requests_dropped = watch.requests_dropped.saturating_add(1));
     }
-    is_taken
+    Ok(is_taken)
 }
 
 /// What the host is told unasked.

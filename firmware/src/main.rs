@@ -4,12 +4,15 @@
 //! | --- | --- | --- | --- | --- |
 //! | [`usart`](app::usart) | 6 | by each byte of the link | the next byte | the frame is damaged, and asked for again |
 //! | [`servo`](app::servo) | 5 | each millisecond | the next millisecond | counted; motors rest for a second |
-//! | [`decode`](app::decode) | 4 | by bytes received | none | the ring runs over: as a damaged frame |
-//! | [`report`](app::report) | 4 | by the servo | the next millisecond | the newer report replaces the older |
+//! | [`decode`](app::decode) | 5 | by bytes received | none | the ring runs over: as a damaged frame |
+//! | [`report`](app::report) | 5 | by the servo | the next millisecond | the newer report replaces the older |
 //! | [`avoid`](app::avoid) | 3 | each 128 ms, or training step | its next release | counted, release left out; motors rest |
 //! | [`reach`](app::reach) | 2 | each 256 ms | its next release | likewise |
 //! | [`serve`](app::serve) | 1 | by a request | none | the next request is dropped and counted |
 //! | [`idle`](app::idle) | 0 | | | |
+//!
+//! Decoding and reporting share the servo's priority, so that their stack frames do not add up on the board with 8 KiB; the
+//! servo may start late by the time that one frame takes.
 //!
 //! Periods are multiples of the servo's, which hardware times, so they do not drift. Periodic tasks rest in lockstep,
 //! where [`serve`](app::serve) computes whole ticks.
@@ -46,17 +49,17 @@ mod app {
     use firmware::watch::Watch;
     use heapless::spsc::{Consumer, Producer, Queue};
     use protocol::endpoint::{Identity, Job, Session};
-    use protocol::frame::{DELIMITER, Decoder, Frame};
+    use protocol::frame::{DELIMITER, Decoder};
     use protocol::message::{FromBoard, FromHost, TimeBase};
     use rtic::Mutex;
 
     use crate::fault::{epoch, halt};
-    use crate::link::{Line, Locked, Reports, Sink, deliver};
+    use crate::link::{Line, Locked, Reports, Request, Sink, deliver};
 
     /// Bytes between the USART and who decodes them: more than come while the servo computes.
-    const RECEIVED_BYTES: usize = 64;
+    const RECEIVED_BYTES: usize = 32;
     /// Bytes between who sends and the USART: a report has room, longer frames are sent in parts.
-    const TO_SEND_BYTES: usize = 96;
+    const TO_SEND_BYTES: usize = 64;
 
     /// Bytes that one trap fetches from the FIFO: any frame without a scan.
     const READ_BYTES: usize = 64;
@@ -75,7 +78,7 @@ mod app {
         watch: Watch,
         decoder: &'static mut Decoder<FromHost>,
         /// For the request to answer next.
-        request: Filler<Frame<FromHost>>,
+        request: Filler<Request>,
         reports: Reports,
         line: Line,
     }
@@ -90,7 +93,7 @@ mod app {
         watchdog: Watchdog,
         avoidance: Taker<Job<Real>>,
         target: Taker<Latched<Real>>,
-        requested: Taker<Frame<FromHost>>,
+        requested: Taker<Request>,
         session: &'static mut Session,
         sink: Sink,
         input: Option<Input>,
@@ -102,7 +105,7 @@ mod app {
         slow: MaybeUninit<Slow> = MaybeUninit::uninit(),
         session_place: MaybeUninit<Session> = MaybeUninit::uninit(),
         decoder: Decoder<FromHost> = Decoder::new(),
-        request_slot: Slot<Frame<FromHost>> = Slot::new(),
+        request_slot: Slot<Request> = Slot::with(Request::BLANK),
         avoidance_slot: Slot<Job<Real>> = Slot::new(),
         target_slot: Slot<Latched<Real>> = Slot::new(),
         ring_in: Queue<u8, RECEIVED_BYTES> = Queue::new(),
@@ -233,21 +236,21 @@ mod app {
                 defmt::warn!("a deadline was missed at tick {=u64}", fast.tick);
             }
             fast.reflex.supervision.deadline_missed = missed;
-            let (outputs, job) = fast.tick();
+            let (outputs, work) = fast.tick();
             if outputs.stopped.is_some() {
                 motors::stop();
             } else {
                 self.motors.drive(outputs.wheel_drive);
             }
             reports.put(&outputs);
-            if let Some(job) = job {
-                if job.released.target && !job.learns && watch.target.release(now_us) {
-                    self.for_target.put(job.latched);
-                    rtic::pend(REACH);
-                }
-                if (job.learns || job.released.avoidance) && watch.avoidance.release(now_us) {
-                    self.for_avoidance.put(job);
+            if let Some(work) = work {
+                if work.avoids && watch.avoidance.release(now_us) {
+                    self.for_avoidance.put(fast.job(work));
                     rtic::pend(AVOID);
+                }
+                if work.reaches && watch.target.release(now_us) {
+                    self.for_target.put(fast.latch(work));
+                    rtic::pend(REACH);
                 }
             }
             watch.servo_ends(This::micros(), SCB::is_pendst_pending());
@@ -255,7 +258,7 @@ mod app {
     }
 
     /// Bytes to frames; what cannot wait is done at once, the rest is left to [`serve`].
-    #[task(binds = EXTI0, priority = 4, local = [to_decode], shared = [decoder, fast, watch, request])]
+    #[task(binds = EXTI0, priority = 5, local = [to_decode], shared = [decoder, fast, watch, request])]
     fn decode(cx: decode::Context) {
         let decode::SharedResources { mut decoder, mut fast, mut watch, mut request, .. } = cx.shared;
         while let Some(byte) = cx.local.to_decode.dequeue() {
@@ -265,7 +268,7 @@ mod app {
     }
 
     /// Tells the host, unasked, what the servo has done.
-    #[task(binds = EXTI1, priority = 4, shared = [reports, line])]
+    #[task(binds = EXTI1, priority = 5, shared = [reports, line])]
     fn report(cx: report::Context) {
         let report::SharedResources { mut reports, mut line, .. } = cx.shared;
         if let Some(fault) = reports.lock(|reports| reports.fault.take()) {
@@ -326,16 +329,22 @@ mod app {
             sink.send(&mut line, &[DELIMITER]);
             sink.send(&mut line, session.announce(&mut access));
         }
-        let served = requested.take(|frame| {
-            let is_hello = matches!(frame.message, FromHost::Hello(_));
+        let served = requested.take(|request| {
+            // By reference: a second copy of the message would lie under the whole computation of a tick.
+            let read = &request.read();
+            let Ok(message) = read else {
+                access.decoder.lock(|decoder| decoder.count_as_bad());
+                return None;
+            };
+            let is_hello = matches!(message, FromHost::Hello(_));
             if is_hello {
                 // The tasks must not work on a controller that begins anew.
                 access.watch.lock(|watch| watch.is_real_time = false);
             }
-            (is_hello, session.serve(&mut access, frame))
+            Some((is_hello, session.serve_message(&mut access, request.sequence, message)))
         });
         // Only now, with the slot free again: the host answers at once.
-        let Some((is_hello, reply)) = served else { return };
+        let Some((is_hello, reply)) = served.flatten() else { return };
         sink.send(&mut line, reply);
         if is_hello {
             let is_real_time = session.time_base() == TimeBase::RealTime;
@@ -367,7 +376,7 @@ mod app {
         decoder: &mut impl Mutex<T = &'static mut Decoder<FromHost>>,
         fast: &mut impl Mutex<T = &'static mut Fast>,
         watch: &mut impl Mutex<T = Watch>,
-        request: &mut impl Mutex<T = Filler<Frame<FromHost>>>,
+        request: &mut impl Mutex<T = Filler<Request>>,
     ) -> ! {
         loop {
             let mut buffer = [0; READ_BYTES];
@@ -382,18 +391,27 @@ mod app {
         }
     }
 
-    /// Kept out of [`decode`] and [`read_fifo`]: most bytes end no frame.
-    #[inline(never)]
     fn decode_byte(
         byte: u8,
         decoder: &mut impl Mutex<T = &'static mut Decoder<FromHost>>,
         fast: &mut impl Mutex<T = &'static mut Fast>,
         watch: &mut impl Mutex<T = Watch>,
-        request: &mut impl Mutex<T = Filler<Frame<FromHost>>>,
+        request: &mut impl Mutex<T = Filler<Request>>,
     ) {
-        if let Some(result) = decoder.lock(|decoder| decoder.push(byte))
-            && deliver(result, fast, watch, request)
-        {
+        let is_request = decoder.lock(|decoder| match decoder.push_raw(byte)? {
+            Ok(raw) => {
+                let delivered = deliver(&raw, fast, watch, request);
+                if delivered.is_err() {
+                    decoder.count_as_bad();
+                }
+                delivered.ok()
+            }
+            Err(_) => {
+                defmt::debug!("damaged frame");
+                None
+            }
+        });
+        if is_request == Some(true) {
             rtic::pend(SERVE);
         }
     }

@@ -23,6 +23,12 @@ pub struct Taker<T: 'static>(&'static Slot<T>);
 unsafe impl<T: Send> Sync for Slot<T> {}
 
 impl<T> Slot<T> {
+    /// An empty slot with what [`Filler::fill`] begins with.
+    #[must_use]
+    pub const fn with(blank: T) -> Self {
+        Self { value: UnsafeCell::new(Some(blank)), is_full: AtomicBool::new(false) }
+    }
+
     /// An empty slot.
     #[must_use]
     pub const fn new() -> Self {
@@ -42,6 +48,19 @@ impl<T> Default for Slot<T> {
 }
 
 impl<T> Filler<T> {
+    /// Fills the slot in place, from what lay in it last; `false`, and nothing is done, where the last value is still
+    /// being worked on.
+    pub fn fill(&mut self, work: impl FnOnce(&mut T)) -> bool {
+        if self.0.is_full.load(Ordering::Acquire) {
+            return false;
+        }
+        // SAFETY: the slot is empty, so the other end does not touch the value, and there is one of this kind.
+        let Some(value) = (unsafe { &mut *self.0.value.get() }) else { return false };
+        work(value);
+        self.0.is_full.store(true, Ordering::Release);
+        true
+    }
+
     /// Puts a value in; `false`, and the value is lost, where the last is still being worked on.
     pub fn put(&mut self, value: T) -> bool {
         if self.0.is_full.load(Ordering::Acquire) {

@@ -104,21 +104,37 @@ pub fn from_bytes<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
     {
         return Err(DecodeError::UnknownMessage { key, known: M::KINDS });
     }
-    let (message, rest): (M, _) = postcard::take_from_bytes(bytes).map_err(|error| match error {
-        postcard::Error::DeserializeUnexpectedEnd => DecodeError::Truncated { found_bytes: bytes.len() },
-        other => DecodeError::Malformed { what: reason(&other) },
-    })?;
-    if !rest.is_empty() {
-        return Err(DecodeError::TrailingBytes { surplus_bytes: rest.len() });
-    }
-    // All else has one encoding: what is longer than need be has an integer that is.
-    let needed_bytes = postcard::serialize_with_flavor(&message, Size::default());
-    if needed_bytes != Ok(bytes.len()) {
-        return Err(DecodeError::Malformed { what: "an integer takes more bytes than it needs" });
-    }
-    match message.first_invalid() {
-        Some(field) => Err(DecodeError::InvalidValue { field }),
-        None => Ok(message),
+    read(bytes, M::first_invalid)
+}
+
+/// Reads what fills `bytes` exactly, a message or a part of one.
+// Not inlined, and the value handled once: on a small board every copy of it is felt on the stack.
+#[inline(never)]
+pub(crate) fn read<T: Serialize + DeserializeOwned>(
+    bytes: &[u8],
+    first_invalid: impl FnOnce(&T) -> Option<&'static str>,
+) -> Result<T, DecodeError> {
+    let mut deserializer = postcard::Deserializer::from_bytes(bytes);
+    match T::deserialize(&mut deserializer) {
+        Ok(value) => {
+            let surplus_bytes = deserializer.finalize().unwrap_or_default().len();
+            if surplus_bytes > 0 {
+                return Err(DecodeError::TrailingBytes { surplus_bytes });
+            }
+            // All else has one encoding: what is longer than need be has an integer that is.
+            let needed_bytes = postcard::serialize_with_flavor(&value, Size::default());
+            if needed_bytes != Ok(bytes.len()) {
+                return Err(DecodeError::Malformed { what: "an integer takes more bytes than it needs" });
+            }
+            match first_invalid(&value) {
+                Some(field) => Err(DecodeError::InvalidValue { field }),
+                None => Ok(value),
+            }
+        }
+        Err(postcard::Error::DeserializeUnexpectedEnd) => {
+            Err(DecodeError::Truncated { found_bytes: bytes.len() })
+        }
+        Err(other) => Err(DecodeError::Malformed { what: reason(&other) }),
     }
 }
 

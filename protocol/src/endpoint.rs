@@ -21,7 +21,7 @@ use controller_core::kohonen::output::ControlMatrix;
 use controller_core::planning::checkpoint::CheckpointError;
 use controller_core::reflex::{Latched, Reflex, ReflexParameters};
 use controller_core::scalar::Scalar;
-use controller_core::schedule::{Release, Tick};
+use controller_core::schedule::Tick;
 use controller_core::sensing::proximity::Scan;
 use controller_core::units::{Point, Polar, Pose, WheelSpeeds};
 use heapless::{String, Vec};
@@ -71,7 +71,18 @@ pub struct Slow<S: Scalar> {
     pub parameters: CoreParameters<S, SENSORS>,
 }
 
-/// What a tick of the fast half leaves to the slow half, in real time.
+/// Who is to work on a tick of the fast half, in real time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Work {
+    /// The tick.
+    pub now: Tick,
+    /// Obstacle avoidance, or in its place learning.
+    pub avoids: bool,
+    /// Target reaching.
+    pub reaches: bool,
+}
+
+/// What a tick of the fast half leaves to obstacle avoidance, in real time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Job<S> {
     /// The moment to work on.
@@ -82,8 +93,6 @@ pub struct Job<S> {
     pub exploration: [S; 2],
     /// Learn instead of navigating.
     pub learns: bool,
-    /// What is released.
-    pub released: Release,
 }
 
 impl<S: Scalar> Fast<S> {
@@ -100,8 +109,8 @@ impl<S: Scalar> Fast<S> {
         }
     }
 
-    /// One millisecond of real time: what goes out, and the job that is released, if any.
-    pub fn tick(&mut self) -> (Outputs, Option<Job<S>>) {
+    /// One millisecond of real time: what goes out, and the work that is released, if any.
+    pub fn tick(&mut self) -> (Outputs, Option<Work>) {
         let now = self.tick;
         let (p, reflex) = (&self.parameters, &mut self.reflex);
         let released = p.schedule.at(now);
@@ -113,19 +122,34 @@ impl<S: Scalar> Fast<S> {
         let reached = reflex.arrive(p, now);
         let learns = reflex.mode() == Mode::Learn && released.step;
         let navigates = reflex.mode() == Mode::Navigate && (released.avoidance || released.target);
-        let job = (learns || navigates).then(|| Job {
-            latched: reflex.latch(p, now),
-            scan: self.inputs.scan.take(),
-            exploration: self.inputs.exploration,
-            learns,
-            released,
-        });
-        if job.is_some_and(|job| job.scan.is_some()) {
+        let work = Work {
+            now,
+            avoids: learns || (navigates && released.avoidance),
+            reaches: navigates && released.target,
+        };
+        if work.avoids && self.inputs.scan.is_some() {
             reflex.note_scan(now);
         }
         let outputs = controller::Outputs { drive, command: reflex.command(), reached, stopped, released };
         self.tick += 1;
-        (Outputs::from_core(now, &outputs, reflex.hash().value()), job)
+        let outputs = Outputs::from_core(now, &outputs, reflex.hash().value());
+        (outputs, (learns || navigates).then_some(work))
+    }
+
+    /// What the tick just computed leaves to obstacle avoidance; the scan is handed over.
+    pub fn job(&mut self, work: Work) -> Job<S> {
+        Job {
+            latched: self.latch(work),
+            scan: self.inputs.scan.take(),
+            exploration: self.inputs.exploration,
+            learns: self.reflex.mode() == Mode::Learn,
+        }
+    }
+
+    /// What the tick just computed leaves to target reaching.
+    #[must_use]
+    pub fn latch(&self, work: Work) -> Latched<S> {
+        self.reflex.latch(&self.parameters, work.now)
     }
 
     /// Takes readings from the host, in real time. The latest counts; a pose or scan stays until it is taken over.
@@ -211,9 +235,7 @@ impl<S: Scalar> Slow<S> {
         if job.learns {
             return self.deliberation.learn(p, &job.latched, job.exploration);
         }
-        if job.released.avoidance {
-            self.deliberation.avoid(p, &job.latched);
-        }
+        self.deliberation.avoid(p, &job.latched);
         self.deliberation.integrate(p, &job.latched)
     }
 
@@ -246,7 +268,12 @@ impl<S: Scalar> Slow<S> {
         let map = self.deliberation.map();
         let numbers = usize::from(first)..;
         let indices = numbers.map_while(neuron_index::<COLUMNS, ROWS>).take(NEURONS_PER_MESSAGE);
-        Neurons { first, neurons: indices.map(|index| NeuronRecord::of(map, index)).collect() }
+        let mut neurons = Vec::new();
+        for index in indices {
+            // There is room: so many were taken.
+            let _ = neurons.push(NeuronRecord::of(map, index));
+        }
+        Neurons { first, neurons }
     }
 
     /// `false`, and nothing changed, where the lattice has no such neurons.
@@ -364,20 +391,28 @@ impl Session {
     /// nothing of what was before; what stops the wheels, whoever sends it and however it counts; and whatever comes
     /// under 0, the number of what the board says unasked. What is not answered gives an empty slice.
     pub fn serve<S: Scalar>(&mut self, access: &mut impl Access<S>, frame: &Frame<FromHost>) -> &[u8] {
-        let is_always_done = matches!(
-            frame.message,
-            FromHost::Hello(_) | FromHost::Sense(_) | FromHost::EStop | FromHost::Disarm
-        );
-        if frame.sequence == self.sent.sequence && frame.sequence != 0 && !is_always_done {
+        self.serve_message(access, frame.sequence, &frame.message)
+    }
+
+    /// As [`Session::serve`], for who has the parts of the frame.
+    pub fn serve_message<S: Scalar>(
+        &mut self,
+        access: &mut impl Access<S>,
+        sequence: u8,
+        message: &FromHost,
+    ) -> &[u8] {
+        let is_always_done =
+            matches!(message, FromHost::Hello(_) | FromHost::Sense(_) | FromHost::EStop | FromHost::Disarm);
+        if sequence == self.sent.sequence && sequence != 0 && !is_always_done {
             return self.sent.bytes();
         }
-        match &frame.message {
+        match message {
             FromHost::Step(readings) if self.is_open => {
                 let outcome = self.step(access, readings);
-                self.sent.put_outcome(frame.sequence, outcome);
+                self.sent.put_outcome(sequence, outcome);
             }
             request => {
-                if !self.reply(access, frame.sequence, request) {
+                if !self.reply(access, sequence, request) {
                     return &[];
                 }
             }
@@ -578,8 +613,13 @@ fn no_such_neurons() -> FromBoard {
 #[inline(never)]
 fn change_checkpoints<S: Scalar>(fast: &mut Fast<S>, change: &Checkpoints) -> Result<(), Refusal> {
     let place = |point: &Point<f32>| Point::<S>::from_metres(point.x_m, point.y_m);
-    let places = |points: &[Point<f32>]| -> Vec<Point<S>, CHECKPOINTS_PER_MESSAGE> {
-        points.iter().map(place).collect()
+    let places = |points: &[Point<f32>]| {
+        let mut places: Vec<Point<S>, CHECKPOINTS_PER_MESSAGE> = Vec::new();
+        for point in points {
+            // A message has no more than there is room for.
+            let _ = places.push(place(point));
+        }
+        places
     };
     let ahead = &mut fast.reflex.checkpoints;
     let changed: Result<(), CheckpointError> = match change {
@@ -742,17 +782,19 @@ impl<S: Scalar> LocalBoard<S> {
         health.readings_age_ms_max =
             health.readings_age_ms_max.max(u32::try_from(fast.readings_age_ms()).unwrap_or(u32::MAX));
         health.releases.servo = health.releases.servo.wrapping_add(1);
-        let (outputs, job) = fast.tick();
-        if let Some(job) = job {
-            if job.learns || job.released.avoidance {
+        let (outputs, work) = fast.tick();
+        if let Some(work) = work {
+            let job = work.avoids.then(|| fast.job(work));
+            let latched = work.reaches.then(|| fast.latch(work));
+            if let Some(job) = job {
                 health.releases.avoidance = health.releases.avoidance.wrapping_add(1);
                 let speeds = slow.avoid(&job);
-                fast.take_command(job.latched.now, speeds, slow.is_trained());
+                fast.take_command(work.now, speeds, slow.is_trained());
             }
-            if job.released.target && !job.learns {
+            if let Some(latched) = latched {
                 health.releases.target = health.releases.target.wrapping_add(1);
-                let speeds = slow.reach(&job.latched);
-                fast.take_command(job.latched.now, speeds, slow.is_trained());
+                let speeds = slow.reach(&latched);
+                fast.take_command(work.now, speeds, slow.is_trained());
             }
         }
         Some(outputs)

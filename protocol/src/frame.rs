@@ -57,6 +57,16 @@ pub struct Frame<M> {
     pub message: M,
 }
 
+/// A whole frame whose message has not been read.
+#[derive(Clone, Copy, Debug)]
+pub struct RawFrame<'a, M> {
+    /// As [`Frame::sequence`].
+    pub sequence: u8,
+    /// The message, as [`crate::codec`] writes it.
+    pub body: &'a [u8],
+    direction: PhantomData<fn() -> M>,
+}
+
 /// Why what stood before a delimiter is not a frame of this direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameError {
@@ -203,6 +213,19 @@ impl<M: Message> Decoder<M> {
 
     /// Takes one byte; a frame, or why it is none, comes with its delimiter.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame<M>, FrameError>> {
+        let read = match self.push_raw(byte)? {
+            Ok(raw) => raw.read(),
+            Err(error) => return Some(Err(error)),
+        };
+        if read.is_err() {
+            self.count_as_bad();
+        }
+        Some(read)
+    }
+
+    /// As [`Decoder::push`], but the message is left unread, for who has no room for it on the way. One that cannot
+    /// be read is to be told by [`Decoder::count_as_bad`].
+    pub fn push_raw(&mut self, byte: u8) -> Option<Result<RawFrame<'_, M>, FrameError>> {
         if byte == DELIMITER {
             return self.end();
         }
@@ -213,6 +236,12 @@ impl<M: Message> Decoder<M> {
             Place::Beyond => Place::Beyond,
         };
         None
+    }
+
+    /// The last whole frame had no valid message: it counts as bad after all.
+    pub fn count_as_bad(&mut self) {
+        self.counts.good = self.counts.good.saturating_sub(1);
+        self.counts.bad = self.counts.bad.saturating_add(1);
     }
 
     /// Frames so far.
@@ -234,43 +263,51 @@ impl<M: Message> Decoder<M> {
         Place::Inside { run }
     }
 
-    fn end(&mut self) -> Option<Result<Frame<M>, FrameError>> {
-        let result = match self.place {
+    fn end(&mut self) -> Option<Result<RawFrame<'_, M>, FrameError>> {
+        let wrong = match self.place {
             Place::Between => return None,
-            Place::Inside { run: 0 } => self.check(),
-            Place::Inside { run } => Err(FrameError::Stuffing { missing_bytes: run }),
-            Place::Beyond => Err(FrameError::TooLong { limit_bytes: FRAME_BYTES_MAX }),
+            Place::Inside { run: 0 } => None,
+            Place::Inside { run } => Some(FrameError::Stuffing { missing_bytes: run }),
+            Place::Beyond => Some(FrameError::TooLong { limit_bytes: FRAME_BYTES_MAX }),
         };
+        let found_bytes = usize::from(core::mem::take(&mut self.content_bytes));
+        let crc = core::mem::take(&mut self.crc);
+        self.place = Place::Between;
+        let content = self.content.get(..found_bytes).unwrap_or_default();
+        let result = wrong.map_or_else(|| check(content, crc), Err);
         let count = if result.is_ok() { &mut self.counts.good } else { &mut self.counts.bad };
         *count = count.saturating_add(1);
-        self.place = Place::Between;
-        self.content_bytes = 0;
-        self.crc = 0;
         Some(result)
     }
+}
 
-    fn check(&self) -> Result<Frame<M>, FrameError> {
-        let found_bytes = usize::from(self.content_bytes);
-        let (head, body, stored) = self
-            .content
-            .get(..found_bytes)
-            .and_then(|content| content.split_first_chunk::<HEAD_BYTES>())
-            .and_then(|(head, rest)| {
-                rest.split_last_chunk::<CRC_BYTES>().map(|(body, crc)| (head, body, crc))
-            })
-            .ok_or(FrameError::Truncated { found_bytes })?;
-        let stored = u32::from_le_bytes(*stored);
-        // The sum before the key: of a damaged key nothing can be told.
-        if stored != self.crc {
-            return Err(FrameError::Checksum { stored, computed: self.crc });
-        }
-        let [low, high, sequence] = *head;
-        let (expected, found) = (schema::key::<M>(), u16::from_le_bytes([low, high]));
-        if found != expected {
-            return Err(FrameError::Key { expected, found });
-        }
-        let message = from_bytes(body).map_err(FrameError::Message)?;
-        Ok(Frame { sequence, message })
+/// The parts of a frame, and whether they fit together; `crc` is that of the content without its own.
+fn check<M: Message>(content: &[u8], crc: u32) -> Result<RawFrame<'_, M>, FrameError> {
+    let (head, body, stored) = content
+        .split_first_chunk::<HEAD_BYTES>()
+        .and_then(|(head, rest)| rest.split_last_chunk::<CRC_BYTES>().map(|(body, crc)| (head, body, crc)))
+        .ok_or(FrameError::Truncated { found_bytes: content.len() })?;
+    let stored = u32::from_le_bytes(*stored);
+    // The sum before the key: of a damaged key nothing can be told.
+    if stored != crc {
+        return Err(FrameError::Checksum { stored, computed: crc });
+    }
+    let [low, high, sequence] = *head;
+    let (expected, found) = (const { schema::key::<M>() }, u16::from_le_bytes([low, high]));
+    if found != expected {
+        return Err(FrameError::Key { expected, found });
+    }
+    Ok(RawFrame { sequence, body, direction: PhantomData })
+}
+
+impl<M: Message> RawFrame<'_, M> {
+    /// Reads the message.
+    ///
+    /// # Errors
+    /// [`FrameError::Message`], where there is none.
+    pub fn read(&self) -> Result<Frame<M>, FrameError> {
+        let message = from_bytes(self.body).map_err(FrameError::Message)?;
+        Ok(Frame { sequence: self.sequence, message })
     }
 }
 

@@ -36,7 +36,7 @@ use heapless::{String, Vec};
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-use crate::codec::{Message, all_finite};
+use crate::codec::{DecodeError, Message, all_finite, read};
 use crate::map_file::NeuronRecord;
 
 /// Version of the messages of this crate; two ends of different versions do not talk.
@@ -691,6 +691,24 @@ impl ParameterValue {
 impl Neurons {
     fn first_invalid(&self) -> Option<&'static str> {
         self.neurons.iter().find_map(NeuronRecord::first_invalid)
+    }
+}
+
+impl FromHost {
+    /// Number of [`FromHost::EStop`].
+    pub const ESTOP: u8 = 5;
+
+    /// Number of [`FromHost::Sense`].
+    pub const SENSE: u8 = 6;
+
+    /// The readings of a [`FromHost::Sense`] alone, from its body; `None` where it is another message. For who has no
+    /// room for the largest of all messages.
+    #[must_use]
+    pub fn read_sense(body: &[u8]) -> Option<Result<Readings, DecodeError>> {
+        match body.split_first() {
+            Some((&Self::SENSE, readings)) => Some(read(readings, Readings::first_invalid)),
+            _ => None,
+        }
     }
 }
 

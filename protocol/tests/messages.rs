@@ -290,3 +290,20 @@ fn scalar_kinds_have_the_names_of_the_scalars() {
     assert_eq!(ScalarKind::of::<f32>(), Some(ScalarKind::F32));
     assert_eq!(ScalarKind::of::<Fixed>(), Some(ScalarKind::Fixed));
 }
+
+#[test]
+fn readings_are_read_alone_as_in_their_message() {
+    let mut buffer = [0; FromHost::MAX_BYTES];
+    let body = to_slice(&FromHost::Sense(READINGS), &mut buffer).unwrap();
+    assert_eq!(body[0], FromHost::SENSE);
+    assert_eq!(FromHost::read_sense(body), Some(Ok(READINGS)));
+    assert_eq!(
+        FromHost::read_sense(&body[..2]),
+        Some(Err(DecodeError::Truncated { found_bytes: 1 })),
+        "without the number of the message"
+    );
+    let body = to_slice(&FromHost::EStop, &mut buffer).unwrap();
+    assert_eq!((body.len(), body[0]), (1, FromHost::ESTOP));
+    assert_eq!(FromHost::read_sense(body), None);
+    assert_eq!(FromHost::read_sense(&[]), None);
+}

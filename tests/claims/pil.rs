@@ -22,6 +22,7 @@ use std::time::Instant;
 
 use controller_core::config::Config;
 use controller_core::scalar::{Fixed, Scalar};
+use host_sim::link::LinkError;
 use host_sim::link::port::LinkPort;
 use host_sim::link::qemu::{Qemu, QemuOptions, Way};
 use host_sim::link::real_time::RealTimePort;
@@ -52,10 +53,14 @@ fn image(board: Board) -> PathBuf {
 }
 
 fn connect(board: Board, way: Way, icount: Option<&str>) -> Session<Qemu> {
+    try_to_connect(board, way, icount).unwrap()
+}
+
+fn try_to_connect(board: Board, way: Way, icount: Option<&str>) -> Result<Session<Qemu>, LinkError> {
     let icount = icount.map(str::to_owned);
     let time_base = if icount.is_some() { TimeBase::RealTime } else { TimeBase::Lockstep };
-    let qemu = Qemu::start(&QemuOptions { board, image: image(board), way, icount }).unwrap();
-    Session::open(qemu, Some(board), None, time_base).unwrap()
+    let qemu = Qemu::start(&QemuOptions { board, image: image(board), way, icount })?;
+    Session::open(qemu, Some(board), None, time_base)
 }
 
 fn map_of<S: Scalar>(seed: u64, steps: u32) -> HostMap<S, Indirect<S>> {
@@ -176,17 +181,22 @@ fn long_the_board_learns_a_thousand_steps() {
     learns::<f32>(Board::Stm32f405, 1000, 50);
 }
 
-/// Longest delay of the servo's start: the decoding of a frame, which has the priority above.
-const JITTER_US_MAX: u32 = 100;
-
 /// Ten seconds and more on the board's own clock.
-fn keeps_time<S: Scalar>(board: Board, icount: &str) {
+///
+/// `late_us_max` is how late the servo may start: the longest that anything locks what it shares.
+fn keeps_time<S: Scalar>(board: Board, icount: &str, late_us_max: u32) {
     let mut scenario = Scenario::builtin("p2_fig6").unwrap();
     scenario.time_limit_s = 10.5;
     let config = config_for(&scenario, &Config::default(), None);
-    let mut session = connect(board, Way::Usart, Some(icount));
-    session.configure(&config).unwrap();
-    session.upload_map(&map_of::<S>(SEEDS[0], STEPS), STEPS).unwrap();
+    let map = map_of::<S>(SEEDS[0], STEPS);
+    let prepared = || {
+        let mut session = try_to_connect(board, Way::Usart, Some(icount))?;
+        session.configure(&config)?;
+        session.upload_map(&map, STEPS)?;
+        Ok::<_, LinkError>(session)
+    };
+    // An emulator that counts instructions is deaf for seconds on a busy machine; that says nothing about the board.
+    let mut session = prepared().or_else(|_| prepared()).or_else(|_| prepared()).unwrap();
     let port = RealTimePort::begin(&mut session, &config).unwrap();
     let options = MissionOptions { seed: SEEDS[0], sample_ms: 0 };
     let result = mission::run(&scenario, port, &config, options).unwrap();
@@ -203,13 +213,13 @@ fn keeps_time<S: Scalar>(board: Board, icount: &str) {
     assert!(u64::from(health.releases.target).abs_diff(expected) <= 1, "{expected}");
     // The timer is exact; what a start may be late by is the longest lock above the servo's priority.
     let late = health.servo_period_us_max.max(2000 - health.servo_period_us_min.min(1000)) - 1000;
-    assert!(late <= JITTER_US_MAX, "{late} us");
+    assert!(late <= late_us_max, "{late} us");
 }
 
 #[test]
 #[ignore = "needs QEMU and the firmware images: cargo xtask pil"]
 fn in_real_time_no_deadline_is_missed() {
     // Nanoseconds of an instruction, as powers of two: 8 and 64.
-    keeps_time::<f32>(Board::Stm32f405, "shift=3");
-    keeps_time::<Fixed>(Board::Stm32f100, "shift=6");
+    keeps_time::<f32>(Board::Stm32f405, "shift=3", 100);
+    keeps_time::<Fixed>(Board::Stm32f100, "shift=6", 300);
 }

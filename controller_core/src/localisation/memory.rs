@@ -20,29 +20,27 @@ pub struct MemoryParameters<S> {
     pub merge_m: S,
 }
 
-/// One remembered point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Remembered<S> {
-    at: Point<S>,
-    age_ms: u16,
-}
-
 /// The remembered points, at most `POINTS`; where they do not suffice the oldest go first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ObstacleMemory<S, const POINTS: usize> {
-    points: Vec<Remembered<S>, POINTS>,
+    points: Vec<Point<S>, POINTS>,
+    /// Of each point; apart from them, since together they would be padded.
+    ages_ms: Vec<u16, POINTS>,
 }
 
 impl<S: Scalar, const POINTS: usize> ObstacleMemory<S, POINTS> {
     /// Nothing remembered.
-    pub const EMPTY: Self = Self { points: Vec::new() };
+    pub const EMPTY: Self = Self { points: Vec::new(), ages_ms: Vec::new() };
 
     /// Lets `elapsed_ms` pass and forgets what is too old.
     pub fn age(&mut self, p: &MemoryParameters<S>, elapsed_ms: u16) {
-        for point in &mut self.points {
-            point.age_ms = point.age_ms.saturating_add(elapsed_ms);
+        for age_ms in &mut self.ages_ms {
+            *age_ms = age_ms.saturating_add(elapsed_ms);
         }
-        self.points.retain(|point| point.age_ms < p.lifetime_ms);
+        let is_kept = |age_ms: &u16| *age_ms < p.lifetime_ms;
+        let mut ages_ms = self.ages_ms.iter();
+        self.points.retain(|_| ages_ms.next().is_some_and(is_kept));
+        self.ages_ms.retain(is_kept);
     }
 
     /// Remembers a point of the world.
@@ -50,31 +48,36 @@ impl<S: Scalar, const POINTS: usize> ObstacleMemory<S, POINTS> {
         if p.lifetime_ms == 0 {
             return;
         }
-        let new = Remembered { at, age_ms: 0 };
-        let near = |old: &Remembered<S>| {
+        let near = |old: &Point<S>| {
             // The axis test first: most points are far, and a root is dear.
-            (old.at.x_m - at.x_m).abs() < p.merge_m
-                && (old.at.y_m - at.y_m).abs() < p.merge_m
-                && old.at.distance_to(at) < p.merge_m
+            (old.x_m - at.x_m).abs() < p.merge_m
+                && (old.y_m - at.y_m).abs() < p.merge_m
+                && old.distance_to(at) < p.merge_m
         };
-        if let Some(old) = self.points.iter_mut().find(|old| near(old)) {
-            *old = new;
-        } else if let Err(new) = self.points.push(new)
-            && let Some(oldest) = self.points.iter_mut().max_by_key(|point| point.age_ms)
-        {
-            *oldest = new;
+        let mut entries = self.points.iter_mut().zip(&mut self.ages_ms);
+        if let Some((point, age_ms)) = entries.find(|(point, _)| near(point)) {
+            (*point, *age_ms) = (at, 0);
+        } else if self.points.push(at).is_ok() {
+            // As many as points.
+            let _ = self.ages_ms.push(0);
+        } else {
+            let entries = self.points.iter_mut().zip(&mut self.ages_ms);
+            if let Some((point, age_ms)) = entries.max_by_key(|(_, age_ms)| **age_ms) {
+                (*point, *age_ms) = (at, 0);
+            }
         }
     }
 
     /// The remembered points in the robot frame.
     pub fn seen_from(&self, pose: Pose<S>) -> impl Iterator<Item = Point<S>> + '_ {
         let rotation = pose.heading_rad.sin_cos();
-        self.points.iter().map(move |point| pose.to_robot_frame(point.at, rotation))
+        self.points.iter().map(move |&point| pose.to_robot_frame(point, rotation))
     }
 
     /// Forgets everything, as when the pose has jumped.
     pub fn clear(&mut self) {
         self.points.clear();
+        self.ages_ms.clear();
     }
 }
 

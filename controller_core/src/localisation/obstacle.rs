@@ -15,6 +15,7 @@ use crate::kohonen::features::{Features, Scaling};
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::{Eligible, Map, WinnerParameters};
 use crate::kohonen::output::Output;
+use crate::list::first;
 use crate::scalar::Scalar;
 use crate::units::{Polar, angle_between, wrap};
 
@@ -100,7 +101,7 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
                     .map_or(sensed, |index| map.place(index).unfolded()),
             }
         };
-        let centres: Vec<Features<S>, SENSORS> = detections.iter().map(centre).collect();
+        let centres: Vec<Features<S>, SENSORS> = first(detections.iter().map(centre));
         // By value, so that they stay in registers.
         let p = &ObstacleFieldParameters { ..*p };
         let width = S::from_i32(NEGLIGIBLE_WIDTHS) / p.bearing_steepness + S::from_f32(SLACK_RAD);
@@ -127,7 +128,9 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
                 let deciding = if place.distance < S::ZERO { &behind } else { &ahead };
                 let place = place.unfolded();
                 let sum = deciding.iter().fold(S::ZERO, |sum, &centre| sum + activity(p, centre, place));
-                self.sum[column][row] = sum.to_weight();
+                if let Some(stored) = self.sum.get_mut(column).and_then(|rows| rows.get_mut(row)) {
+                    *stored = sum.to_weight();
+                }
             }
         }
     }

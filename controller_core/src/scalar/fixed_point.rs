@@ -176,7 +176,11 @@ impl Scalar for Fixed {
     const LIMIT: Self = Self::constant("2000");
 
     fn from_f32(value: f32) -> Self {
-        if value.is_nan() { Self::ZERO } else { Self(I12F20::saturating_from_num(value)) }
+        // Times 2²⁰ is exact, and a cast saturates and makes zero of what is no number: the nearest value, ties to even,
+        // as `I12F20::saturating_from_num` has it, which keeps a panic for NaN however it is guarded.
+        #[expect(clippy::cast_possible_truncation, reason = "saturates, as it should")]
+        let bits = libm::rintf(value * 1_048_576.0) as i32;
+        Self(I12F20::from_bits(bits))
     }
 
     fn to_f32(self) -> f32 {
@@ -283,5 +287,23 @@ impl Scalar for Fixed {
         }
         let fraction = y - Self(I12F20::from_num(n));
         Self::from_bits(horner(fraction, &C).raw() >> n)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Fixed, I12F20};
+    use crate::scalar::Scalar;
+
+    #[test]
+    fn the_nearest_value_of_a_float_is_that_of_the_fixed_crate() {
+        let check = |value: f32| {
+            let expected = if value.is_nan() { I12F20::ZERO } else { I12F20::saturating_from_num(value) };
+            assert_eq!(Fixed::from_f32(value).0, expected, "{value:e}");
+        };
+        (0..u32::MAX).step_by(4099).for_each(|bits| check(f32::from_bits(bits)));
+        // Ties, at every magnitude they occur in.
+        (0..5_000).for_each(|halves: u16| check((f32::from(halves) - 2_500.0) / 2_097_152.0));
+        [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 2048.0, -2048.0, 2047.9999].into_iter().for_each(check);
     }
 }

@@ -12,6 +12,7 @@
 
 use heapless::Vec;
 
+use crate::list::first;
 use crate::scalar::Scalar;
 use crate::units::{Polar, wrap};
 
@@ -58,17 +59,13 @@ pub fn detections<S: Scalar, const SENSORS: usize>(
     parameters: &ProximityParameters<S>,
     scan: &Scan<S, SENSORS>,
 ) -> Vec<Polar<S>, SENSORS> {
-    scan.range_m
-        .iter()
-        .enumerate()
-        .filter_map(|(sensor, range)| {
-            let range = range.filter(|range| *range < parameters.range_m)?.max(S::ZERO);
-            Some(Polar {
-                bearing_rad: sensor_bearing(sensor, SENSORS),
-                distance_m: parameters.body_radius_m + range,
-            })
+    first(scan.range_m.iter().enumerate().filter_map(|(sensor, range)| {
+        let range = range.filter(|range| *range < parameters.range_m)?.max(S::ZERO);
+        Some(Polar {
+            bearing_rad: sensor_bearing(sensor, SENSORS),
+            distance_m: parameters.body_radius_m + range,
         })
-        .collect()
+    }))
 }
 
 #[cfg(test)]

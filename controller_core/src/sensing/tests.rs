@@ -16,7 +16,7 @@ const COUNTS_PER_M: f64 = 12_000.0;
 const WHEEL_BASE_M: f64 = 0.053;
 
 fn parameters<S: Scalar>() -> OdometryParameters<S> {
-    Config::default().build::<S, 12>().expect("the default is valid").odometry
+    Config::default().build::<S, 12>().expect("the default is valid").reflex.odometry
 }
 
 /// x, y and heading.

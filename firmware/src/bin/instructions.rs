@@ -20,7 +20,6 @@ use controller_core::localisation::obstacle::FieldCentre;
 use controller_core::motor_control::Beyond;
 use controller_core::reflex::Latched;
 use controller_core::scalar::Scalar;
-use controller_core::schedule::Release;
 use controller_core::sensing::proximity;
 use controller_core::units::{EncoderCounts, Point, Pose};
 use core::cell::RefCell;
@@ -139,7 +138,6 @@ fn job(moment: u16) -> Job<Real> {
         scan: Some(proximity::Scan { range_m: ranges(moment).map(|range| range.map(real)) }),
         exploration: [real(0.5), real(-0.5)],
         learns: false,
-        released: Release { avoidance: true, target: true, step: false },
     }
 }
 

@@ -169,7 +169,10 @@ fn real_time_facts(pace: &Pace, health: &Health) -> Vec<(&'static str, String)> 
     vec![
         ("outputs", format!("{} received, {} ticks without", pace.outputs, pace.missed)),
         ("host", format!("at most {} ticks behind the board", pace.behind_ticks_max)),
-        ("readings", format!("at most {} ms old on the board", health.readings_age_ms_max)),
+        (
+            "readings",
+            format!("at most {} ms old on the board, {} held back", health.readings_age_ms_max, pace.held),
+        ),
         (
             "deadlines",
             format!(

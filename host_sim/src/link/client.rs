@@ -23,6 +23,10 @@ const REPEAT_MIN: Duration = Duration::from_millis(4);
 /// Longest one.
 const REPEAT_MAX: Duration = Duration::from_millis(256);
 
+/// A probe not answered for so long is lost. In real time readings may be waiting for it, and the board may not wait as
+/// long for them.
+const PROBE_LOST: Duration = Duration::from_millis(50);
+
 /// Messages that nobody asked for, kept until somebody does; of more, the oldest go.
 const UNASKED_MAX: usize = 64;
 
@@ -54,6 +58,8 @@ pub struct Client<T> {
     bytes: u64,
     /// Epoch of the board, once it has said hello in this session.
     epoch: Option<u32>,
+    /// A probe under way: its number, and when it was sent.
+    probe: Option<(u8, Instant)>,
 }
 
 /// Bytes that have come and have not been looked at.
@@ -79,6 +85,7 @@ impl<T: Transport> Client<T> {
             last_error: None,
             bytes: 0,
             epoch: None,
+            probe: None,
         }
     }
 
@@ -136,8 +143,12 @@ impl<T: Transport> Client<T> {
                 if answer.sequence == 0 {
                     self.keep(answer.message)?;
                 }
-                // All else answers an earlier request a second time.
-                continue;
+                // All else answers an earlier request a second time, or a probe.
+                self.note_probe(answer.sequence);
+                // A board that talks all the time must not keep the request from being sent again.
+                if sent.elapsed() < patience {
+                    continue;
+                }
             }
             let waited = begin.elapsed();
             if waited >= ANSWER_MAX {
@@ -161,7 +172,38 @@ impl<T: Transport> Client<T> {
         self.send(frame)
     }
 
-    /// What the board says unasked; `None` if that is nothing for so long.
+    /// Sends a small request whose answer is not waited for: when it comes, the board has taken all that was sent
+    /// before. Nothing is sent while an earlier one is under way.
+    ///
+    /// # Errors
+    /// If the board has gone away.
+    pub fn probe(&mut self) -> Result<(), LinkError> {
+        if !self.is_probing() {
+            self.tell(&FromHost::Parameters(Parameters::Get { index: 0 }))?;
+            self.probe = Some((self.sequence, Instant::now()));
+        }
+        Ok(())
+    }
+
+    /// Whether a probe is under way. One that is lost is given up.
+    pub fn is_probing(&self) -> bool {
+        self.probe.is_some_and(|(_, sent)| sent.elapsed() < PROBE_LOST)
+    }
+
+    fn note_probe(&mut self, sequence: u8) {
+        if let Some((_, sent)) = self.probe.take_if(|(number, _)| *number == sequence) {
+            self.counts.answered += 1;
+            self.counts.answer_max = self.counts.answer_max.max(sent.elapsed());
+        }
+    }
+
+    /// Forgets what the board has said unasked before it gave the last answer.
+    pub fn forget_unasked(&mut self) {
+        self.unasked.clear();
+    }
+
+    /// What the board says unasked; `None` if that is nothing for so long. Without patience only bytes that have been
+    /// read already are looked at.
     ///
     /// # Errors
     /// If the board has gone away or was restarted.
@@ -173,7 +215,7 @@ impl<T: Transport> Client<T> {
             }
             match self.frame(begin, patience)? {
                 Some(frame) if frame.sequence == 0 => self.keep(frame.message)?,
-                Some(_) => {}
+                Some(frame) => self.note_probe(frame.sequence),
                 None => return Ok(None),
             }
         }
@@ -207,6 +249,9 @@ impl<T: Transport> Client<T> {
                     Some(Ok(frame)) => return Ok(Some(frame)),
                     Some(Err(error)) => self.last_error = Some(error),
                 }
+            }
+            if patience.is_zero() {
+                return Ok(None);
             }
             let received = self.transport.receive(&mut self.received.buffer, left);
             let count = received.map_err(|error| LinkError::gone(&error, self.transport.post_mortem()))?;

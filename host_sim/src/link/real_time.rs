@@ -25,6 +25,13 @@ use crate::sil::{Answer, ControllerPort};
 /// Without a word from the board the readings are sent again after so long: well before it thinks the host is gone.
 const REPEAT: Duration = Duration::from_millis(20);
 
+/// Every so many readings, the board is asked whether it has taken them …
+const PROBE_EVERY: u32 = 8;
+
+/// … and as long as it has not, no more than so many are sent. A line that is slower than a frame a millisecond would
+/// else fill with readings that are old when they arrive.
+const UNCONFIRMED_MAX: u32 = 16;
+
 /// How well the two kept up with each other.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Pace {
@@ -32,6 +39,8 @@ pub struct Pace {
     pub outputs: u64,
     /// Ticks of which no outputs came.
     pub missed: u64,
+    /// Times that readings were held back because the board had not taken those before.
+    pub held: u64,
     /// Most ticks that the world had to catch up at once.
     pub behind_ticks_max: u64,
     /// Stops that the board reported.
@@ -49,6 +58,8 @@ pub struct RealTimePort<'a, T> {
     reached: VecDeque<Reached>,
     /// What the board has not been sent yet.
     readings: Readings,
+    /// Readings sent since the last probe.
+    unconfirmed: u32,
     pace: Pace,
 }
 
@@ -60,14 +71,15 @@ impl<'a, T: Transport> RealTimePort<'a, T> {
     /// See [`LinkError`].
     pub fn begin(session: &'a mut Session<T>, config: &Config) -> Result<Self, LinkError> {
         session.begin()?;
-        // What the board said before is of ticks before this run.
-        while session.client.listen(Duration::ZERO)?.is_some_and(|said| !is_of_run(&said)) {}
+        // All of it is of ticks before this run.
+        session.client.forget_unasked();
         Ok(Self {
             session,
             schedule: schedule_of(config),
             latest: None,
             reached: VecDeque::new(),
             readings: Readings::default(),
+            unconfirmed: 0,
             pace: Pace::default(),
         })
     }
@@ -94,8 +106,23 @@ impl<'a, T: Transport> RealTimePort<'a, T> {
         };
     }
 
+    /// Sends the readings, unless the line is full: then they are gathered further.
     fn tell(&mut self) -> Result<(), LinkError> {
-        self.session.client.tell(&FromHost::Sense(self.readings))
+        let client = &mut self.session.client;
+        if client.is_probing() && self.unconfirmed >= UNCONFIRMED_MAX {
+            self.pace.held += 1;
+            return Ok(());
+        }
+        client.tell(&FromHost::Sense(self.readings))?;
+        // Encoders count on; pose, scan and draws are sent once.
+        self.readings =
+            Readings { tick: self.readings.tick, encoders: self.readings.encoders, ..Readings::default() };
+        self.unconfirmed += 1;
+        if self.unconfirmed >= PROBE_EVERY && !client.is_probing() {
+            client.probe()?;
+            self.unconfirmed = 0;
+        }
+        Ok(())
     }
 
     fn hear(&mut self, patience: Duration) -> Result<bool, LinkError> {
@@ -134,18 +161,12 @@ impl<'a, T: Transport> RealTimePort<'a, T> {
             }
             self.tell()?;
         }
-        // What else is there already: the world has to catch up on it.
+        // What has come with it: the world has to catch up on that.
         while self.hear(Duration::ZERO)? {}
-        self.readings = Readings::default();
         let behind = self.latest_tick().unwrap_or(now).saturating_sub(now);
         self.pace.behind_ticks_max = self.pace.behind_ticks_max.max(behind);
         Ok(())
     }
-}
-
-/// Whether this was said after a run began, as far as it can be told: its first ticks.
-fn is_of_run(said: &FromBoard) -> bool {
-    matches!(said, FromBoard::Outputs(outputs) if outputs.tick < 2)
 }
 
 impl<T: Transport> ControllerPort for RealTimePort<'_, T> {
