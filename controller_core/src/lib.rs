@@ -1,5 +1,6 @@
 //! The controller core of ekm-nav: integrated planning and control with cooperative Extended Kohonen Maps.
 #![no_std]
+#![forbid(unsafe_code)]
 
 pub mod scalar;
 
