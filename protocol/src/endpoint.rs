@@ -8,7 +8,7 @@
 //!
 //! | | lockstep | real time |
 //! | --- | --- | --- |
-//! | a tick is computed | by [`Session::serve`], on [`FromHost::Step`] | by the tasks: [`Fast::tick`], [`Slow::avoid`], [`Slow::reach`] |
+//! | a tick is computed | by [`Session::serve`], on [`FromHost::Step`] | by tasks: [`Fast::tick`], [`Slow::avoid`] … |
 //! | readings come with | the step | [`FromHost::Sense`], the latest counts |
 //! | silence of the host | means nothing | stops the motors after [`LINK_SILENT_MS`] |
 

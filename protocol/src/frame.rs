@@ -8,8 +8,8 @@
 //! * **sequence**: which request this is, or which it answers
 //! * **body**: the message, as [`crate::codec`] writes it
 //! * **CRC-32** (ISO-HDLC, as in zip) of key, sequence and body
-//! * **COBS** (consistent overhead byte stuffing) takes every zero byte out, at the cost of one byte, and leaves 0x00 to
-//!   say where a frame ends. Whatever came before, reading is in step again after the next one.
+//! * **COBS** (consistent overhead byte stuffing) takes every zero byte out, at the cost of one byte, and leaves 0x00
+//!   to say where a frame ends. Whatever came before, reading is in step again after the next one.
 //!
 //! An empty frame says nothing and is no error: a sender begins with a lone 0x00 to cut off what noise may have left
 //! in the receiver.

@@ -181,8 +181,8 @@ pub enum TimeBase {
 /// What a tick's sensors say. Every real is finite.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
 pub struct Readings {
-    /// Lockstep: the tick they belong to, milliseconds since [`FromHost::Begin`]. Real time: the board's latest tick that
-    /// the host has seen; by its age the board measures the link.
+    /// Lockstep: the tick they belong to, milliseconds since [`FromHost::Begin`]. Real time: the board's latest tick
+    /// that the host has seen; by its age the board measures the link.
     pub tick: u64,
     /// Encoder counts at this tick.
     pub encoders: EncoderCounts,
@@ -299,8 +299,8 @@ pub enum Refusal {
     NotFinite,
 }
 
-/// Reads and sets parameters. They are numbered as in [`controller_core::config::PARAMETERS`], which has name, unit, range
-/// and default of each. Every real is finite.
+/// Reads and sets parameters. They are numbered as in [`controller_core::config::PARAMETERS`], which has name, unit,
+/// range and default of each. Every real is finite.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Parameters {
     /// What is the value, staged changes included?
