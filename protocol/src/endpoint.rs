@@ -208,8 +208,13 @@ impl<S: Scalar> Fast<S> {
         }
     }
 
+    /// As after a start, but for an emergency stop: only a disarm ends that.
     fn begin(&mut self) {
+        let is_emergency = self.reflex.gate.is_emergency();
         self.reflex = Reflex::default();
+        if is_emergency {
+            self.reflex.gate.emergency_stop();
+        }
         self.tick = 0;
         self.heard = 0;
         self.inputs = Inputs::default();

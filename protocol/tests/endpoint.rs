@@ -166,9 +166,14 @@ fn emergency<S: Scalar>() {
     host.refused(FromHost::Arm, Refusal::EmergencyStop);
     let FromBoard::Outputs(outputs) = host.ask(FromHost::Step(readings(0))) else { panic!() };
     assert_eq!(outputs.stopped, Some(StopCause::EmergencyStop));
+    host.done(FromHost::Begin);
+    host.refused(FromHost::Arm, Refusal::EmergencyStop);
+    host.ask(FromHost::Hello(expected(TimeBase::RealTime)));
+    host.refused(FromHost::Arm, Refusal::EmergencyStop);
+    host.ask(FromHost::Hello(expected(TimeBase::Lockstep)));
     host.done(FromHost::Disarm);
     host.done(FromHost::Arm);
-    let FromBoard::Outputs(outputs) = host.ask(FromHost::Step(readings(1))) else { panic!() };
+    let FromBoard::Outputs(outputs) = host.ask(FromHost::Step(readings(0))) else { panic!() };
     assert_eq!(outputs.stopped, None);
 }
 

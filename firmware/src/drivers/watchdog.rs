@@ -16,7 +16,7 @@ impl Watchdog {
         Self { registers, runs: false }
     }
 
-    /// Starts it, once. It rests while a debugger holds the core, if [`crate::board::Board::start_clocks`] has said so.
+    /// Starts it, once. It runs on while a debugger holds the core.
     pub fn start(&mut self) {
         if self.runs {
             return;

@@ -166,9 +166,15 @@ impl<T: Transport> Client<T> {
     /// # Errors
     /// If the board has gone away.
     pub fn tell(&mut self, message: &FromHost) -> Result<(), LinkError> {
-        self.sequence = self.sequence.checked_add(1).unwrap_or(1);
+        // Readings are not answered, and must not use up the numbers by which requests are told apart.
+        let sequence = if matches!(message, FromHost::Sense(_)) {
+            0
+        } else {
+            self.sequence = self.sequence.checked_add(1).unwrap_or(1);
+            self.sequence
+        };
         let mut buffer = [0; FRAME_BYTES_MAX];
-        let frame = encode(self.sequence, message, &mut buffer)?;
+        let frame = encode(sequence, message, &mut buffer)?;
         self.send(frame)
     }
 
