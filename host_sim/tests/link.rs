@@ -33,7 +33,7 @@ use host_sim::training::{Training, TrainingPlan};
 use host_sim::world::World;
 use protocol::frame::{Decoder, FRAME_BYTES_MAX, Frame, encode};
 use protocol::message::{
-    Board, FromBoard, FromHost, Hello, Mismatch, PROTOCOL_VERSION, Refusal, ScalarKind, TimeBase,
+    Board, FromBoard, FromHost, Hello, Mismatch, PROTOCOL_VERSION, Readings, Refusal, ScalarKind, TimeBase,
 };
 
 /// Every error comes within this.
@@ -449,4 +449,18 @@ fn refusals_say_what_and_why() {
     assert_says(&session.client.command(&FromHost::Arm).unwrap_err(), &["emergency stop", "disarm"]);
     session.stop().unwrap();
     session.client.command(&FromHost::Arm).unwrap();
+}
+
+#[test]
+fn readings_use_up_no_numbers_of_requests() {
+    let stub = in_process(ScalarKind::F32, LinkFaults::default());
+    let mut session =
+        Session::open(stub, Some(Board::Stub), Some(ScalarKind::F32), TimeBase::RealTime).unwrap();
+    session.begin().unwrap();
+    // As many as there are numbers, less one: the next request would have that of the last.
+    for _ in 0..254 {
+        session.client.tell(&FromHost::Sense(Readings::default())).unwrap();
+    }
+    session.client.command(&FromHost::Mode(Mode::Navigate)).unwrap();
+    assert_eq!(session.telemetry().unwrap().mode, Mode::Navigate);
 }
