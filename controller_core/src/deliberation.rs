@@ -1,8 +1,9 @@
 //! The slow half of the controller: fields, integration and learning, on what [`crate::reflex`] has latched.
 //!
-//! One method per event: [`Deliberation::avoid`] (128 ms), [`Deliberation::reach`] (256 ms), [`Deliberation::integrate`]
-//! (after either), [`Deliberation::learn`] (each training step). Each reads one moment and returns within a bounded
-//! number of instructions; what it decides goes back through [`crate::reflex::Reflex::take_command`].
+//! One method per event: [`Deliberation::avoid`] (128 ms), [`Deliberation::reach`] (256 ms),
+//! [`Deliberation::integrate`] (after either), [`Deliberation::learn`] (each training step). Each reads one moment and
+//! returns within a bounded number of instructions; what it decides goes back through
+//! [`crate::reflex::Reflex::take_command`].
 
 use heapless::Vec;
 

@@ -1,4 +1,5 @@
-//! The fast half of the controller, each millisecond: odometry, arrival at checkpoints, homeostatic control, safety gate.
+//! The fast half of the controller, each millisecond: odometry, arrival at checkpoints, homeostatic control, safety
+//! gate.
 //!
 //! It holds what must never wait: the pose, the command being carried out, the checkpoints and the gate. The slow half
 //! ([`crate::deliberation`]) works on what is latched here at its release ([`Reflex::latch`]) and hands back a command

@@ -1,4 +1,5 @@
-//! The log: [`defmt`] frames to a debug probe on silicon ([`crate::rtt`]), to the host's file or console in an emulator.
+//! The log: [`defmt`] frames to a debug probe on silicon ([`crate::rtt`]), to the host's file or console in an
+//! emulator.
 //!
 //! A line is written with interrupts off, since any task may log; so lines are few and short, and none is written in
 //! the 1 ms task while nothing is amiss.

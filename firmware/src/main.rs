@@ -6,13 +6,13 @@
 //! | [`servo`](app::servo) | 5 | each millisecond | the next millisecond | counted; motors rest for a second |
 //! | [`decode`](app::decode) | 5 | by bytes received | none | the ring runs over: as a damaged frame |
 //! | [`report`](app::report) | 5 | by the servo | the next millisecond | the newer report replaces the older |
-//! | [`avoid`](app::avoid) | 3 | each 128 ms, or training step | its next release | counted, release left out; motors rest |
+//! | [`avoid`](app::avoid) | 3 | each 128 ms, or training step | its next release | counted, left out; motors rest |
 //! | [`reach`](app::reach) | 2 | each 256 ms | its next release | likewise |
 //! | [`serve`](app::serve) | 1 | by a request | none | the next request is dropped and counted |
 //! | [`idle`](app::idle) | 0 | | | |
 //!
-//! Decoding and reporting share the servo's priority, so that their stack frames do not add up on the board with 8 KiB; the
-//! servo may start late by the time that one frame takes.
+//! Decoding and reporting share the servo's priority, so that their stack frames do not add up on the board with 8 KiB;
+//! the servo may start late by the time that one frame takes.
 //!
 //! Periods are multiples of the servo's, which hardware times, so they do not drift. Periodic tasks rest in lockstep,
 //! where [`serve`](app::serve) computes whole ticks.

@@ -1,16 +1,16 @@
 //! The firmware, as it ships, is the core: the same bits in the simulator and on the emulated microcontroller.
 //!
 //! * **Claim**: whatever the simulator measures of the controller holds for the firmware image of either board.
-//! * **Method**: the image runs in QEMU (STM32F405, Cortex-M4F, `f32`; STM32F100, Cortex-M3, fixed point), the simulator
-//!   drives it over the link as it would a robot, and a second core in this process gets the same readings. Their state
-//!   digests are compared after every tick. Over pipes (semihosting) whole missions and learning; over the emulated USART
-//!   every byte takes the driver's way. In real time the board's own timer runs under QEMU's instruction counter, slower
-//!   than silicon (125 and 16 million instructions a second).
+//! * **Method**: the image runs in QEMU (STM32F405, Cortex-M4F, `f32`; STM32F100, Cortex-M3, fixed point), the
+//!   simulator drives it over the link as it would a robot, and a second core in this process gets the same readings.
+//!   Their state digests are compared after every tick. Over pipes (semihosting) whole missions and learning; over the
+//!   emulated USART every byte takes the driver's way. In real time the board's own timer runs under QEMU's instruction
+//!   counter, slower than silicon (125 and 16 million instructions a second).
 //! * **Paper**: none; no open project that we know of shows this.
 //! * **Tolerance**: none. Digests and map hashes are equal; in real time no deadline is missed and none is left out.
 //!
-//! These tests need QEMU and the images: `cargo xtask pil` builds both kinds of thing and runs them; those named `long_`
-//! with `--long`.
+//! These tests need QEMU and the images: `cargo xtask pil` builds both kinds of thing and runs them; those named
+//! `long_` with `--long`.
 #![expect(
     clippy::unwrap_used,
     reason = "clippy.toml allows it in #[test] functions; the helpers here are part of them"
@@ -132,7 +132,8 @@ fn the_usarts_bytes_make_no_difference() {
     verified::<Fixed>(Board::Stm32f100, Way::Usart, SEEDS[0], Some(10.0));
 }
 
-/// Learns from nothing on the board; its map has the hash of one learned here. Then the board drives to targets with it.
+/// Learns from nothing on the board; its map has the hash of one learned here. Then the board drives to targets with
+/// it.
 fn learns<S: Scalar>(board: Board, steps: u32, targets: u32) {
     let config = Config::default();
     let plan = TrainingPlan { steps, seed: SEEDS[0], ..TrainingPlan::default() };

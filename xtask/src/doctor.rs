@@ -1,8 +1,8 @@
 //! What must be installed to build and check this repository: what is there, what is missing, how to get it.
 //!
 //! `rust-toolchain.toml` lists components, yet rustup may be told not to install on its own (`RUSTUP_AUTO_INSTALL=0`)
-//! and then ignores the list without a word. So `cargo xtask test` asks rustup by name, asks Debian's packages for the emulator where
-//! it may, and looks again.
+//! and then ignores the list without a word. So `cargo xtask test` asks rustup by name, asks Debian's packages for the
+//! emulator where it may, and looks again.
 
 use std::ffi::OsString;
 use std::fs;

@@ -44,8 +44,8 @@ impl<S: Scalar> Features<S> {
 
     /// The same place with a bearing within ±90° and a signed distance, as the map holds it.
     ///
-    /// Straight aside is ahead: a sensor looks there, and rounding must not put the obstacle it sees on the right behind
-    /// and the one on the left ahead.
+    /// Straight aside is ahead: a sensor looks there, and rounding must not put the obstacle it sees on the right
+    /// behind and the one on the left ahead.
     #[must_use]
     pub fn folded(self) -> Self {
         if self.bearing.abs() > S::PI * S::HALF + S::from_f32(STRAIGHT_ASIDE_RAD) {

@@ -176,8 +176,8 @@ impl Scalar for Fixed {
     const LIMIT: Self = Self::constant("2000");
 
     fn from_f32(value: f32) -> Self {
-        // Times 2²⁰ is exact, and a cast saturates and makes zero of what is no number: the nearest value, ties to even,
-        // as `I12F20::saturating_from_num` has it, which keeps a panic for NaN however it is guarded.
+        // Times 2²⁰ is exact, and a cast saturates and makes zero of what is no number: the nearest value, ties to
+        // even, as `I12F20::saturating_from_num` has it, which keeps a panic for NaN however it is guarded.
         #[expect(clippy::cast_possible_truncation, reason = "saturates, as it should")]
         let bits = libm::rintf(value * 1_048_576.0) as i32;
         Self(I12F20::from_bits(bits))

@@ -87,7 +87,8 @@ pub struct WayArgs {
     #[arg(long, value_name = "FILE")]
     pub image: Option<PathBuf>,
     /// Bits per second of `serial:…`
-    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(300..=12_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
+    #[arg(value_parser = clap::value_parser!(u32).range(300..=12_000_000))]
     pub baud: u32,
 }
 

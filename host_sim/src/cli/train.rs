@@ -78,8 +78,8 @@ fn train_once<S: StoredScalar>(args: &TrainArgs, config: &Config) -> Result<Outc
     )
 }
 
-/// Learns a map, saves it if that was asked for, and measures it; where it learns and drives is for the two functions to
-/// say.
+/// Learns a map, saves it if that was asked for, and measures it; where it learns and drives is for the two functions
+/// to say.
 pub fn learn_save_test<S: StoredScalar>(
     args: &TrainArgs,
     config: &Config,

@@ -145,9 +145,9 @@ pub fn default_image(board: Board) -> PathBuf {
     target.join(triple).join("firmware").join("firmware")
 }
 
-/// The emulator's clock in real time: so many nanoseconds an instruction, as a power of two, 8 and 64. By the host's own
-/// clock the emulator loses timer interrupts; by counted instructions it does not. Slower than the boards, so that what
-/// is in time there is in time on them.
+/// The emulator's clock in real time: so many nanoseconds an instruction, as a power of two, 8 and 64. By the host's
+/// own clock the emulator loses timer interrupts; by counted instructions it does not. Slower than the boards, so that
+/// what is in time there is in time on them.
 #[cfg(unix)]
 fn real_time_clock(board: Board) -> &'static str {
     match board {
