@@ -190,18 +190,18 @@ fn keeps_time<S: Scalar>(board: Board, icount: &str, late_us_max: u32) {
     scenario.time_limit_s = 10.5;
     let config = config_for(&scenario, &Config::default(), None);
     let map = map_of::<S>(SEEDS[0], STEPS);
-    let prepared = || {
+    let options = MissionOptions { seed: SEEDS[0], sample_ms: 0 };
+    let attempt = || {
         let mut session = try_to_connect(board, Way::Usart, Some(icount))?;
         session.configure(&config)?;
         session.upload_map(&map, STEPS)?;
-        Ok::<_, LinkError>(session)
+        let port = RealTimePort::begin(&mut session, &config)?;
+        let result = mission::run(&scenario, port, &config, options)
+            .map_err(|error| LinkError::Gone { reason: error.to_string() })?;
+        Ok::<_, LinkError>((result, session.health()?))
     };
     // An emulator that counts instructions is deaf for seconds on a busy machine; that says nothing about the board.
-    let mut session = prepared().or_else(|_| prepared()).or_else(|_| prepared()).unwrap();
-    let port = RealTimePort::begin(&mut session, &config).unwrap();
-    let options = MissionOptions { seed: SEEDS[0], sample_ms: 0 };
-    let result = mission::run(&scenario, port, &config, options).unwrap();
-    let health = session.health().unwrap();
+    let (result, health) = attempt().or_else(|_| attempt()).or_else(|_| attempt()).unwrap();
     println!("{}: {result:?}\n{health:?}", board.name());
     assert!(health.tick >= 10_000, "ten seconds");
     let missed = health.deadlines_missed;

@@ -12,7 +12,8 @@ pub fn run(root: &Path, long: bool) -> Result<(), String> {
         return Err(complaint);
     }
     firmware::build(root, &BOARDS, &["firmware"])?;
-    let mut arguments = vec!["test", "-p", "tests", "--test", "pil", "--", "--ignored", "--nocapture"];
+    let mut arguments =
+        vec!["test", "-p", "tests", "--test", "pil", "--", "--ignored", "--nocapture", "--test-threads", "1"];
     if !long {
         arguments.extend(["--skip", "long_"]);
     }
