@@ -5,7 +5,7 @@
 //!   simulator drives it over the link as it would a robot, and a second core in this process gets the same readings.
 //!   Their state digests are compared after every tick. Over pipes (semihosting) whole missions and learning; over the
 //!   emulated USART every byte takes the driver's way. In real time the board's own timer runs under QEMU's instruction
-//!   counter, slower than silicon (125 and 16 million instructions a second).
+//!   counter, slower than silicon (125 million instructions a second).
 //! * **Paper**: none; no open project that we know of shows this.
 //! * **Tolerance**: none. Digests and map hashes are equal; in real time no deadline is missed and none is left out.
 //!
@@ -220,7 +220,6 @@ fn keeps_time<S: Scalar>(board: Board, icount: &str, late_us_max: u32) {
 #[test]
 #[ignore = "needs QEMU and the firmware images: cargo xtask pil"]
 fn in_real_time_no_deadline_is_missed() {
-    // Nanoseconds of an instruction, as powers of two: 8 and 64.
+    // Nanoseconds of an instruction, as a power of two: 8. The STM32F100 has too little stack for this; docs/firmware.md.
     keeps_time::<f32>(Board::Stm32f405, "shift=3", 100);
-    keeps_time::<Fixed>(Board::Stm32f100, "shift=6", 300);
 }
