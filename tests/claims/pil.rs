@@ -220,6 +220,6 @@ fn keeps_time<S: Scalar>(board: Board, icount: &str, late_us_max: u32) {
 #[test]
 #[ignore = "needs QEMU and the firmware images: cargo xtask pil"]
 fn in_real_time_no_deadline_is_missed() {
-    // Nanoseconds of an instruction, as a power of two: 8. The STM32F100 has too little stack for this; docs/firmware.md.
+    // 8 ns for an instruction. The STM32F100 has too little stack for this, see docs/firmware.md.
     keeps_time::<f32>(Board::Stm32f405, "shift=3", 100);
 }
