@@ -23,7 +23,7 @@ use crate::units::{EncoderCounts, Pose, WheelDrive, WheelSpeeds};
 /// Checkpoints held at a time.
 pub const CHECKPOINTS: usize = 16;
 /// Obstacle points remembered at a time: half a second of scans, most of them merged.
-pub const MEMORY_POINTS: usize = 32;
+pub const MEMORY_POINTS: usize = 24;
 
 /// What the controller is to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

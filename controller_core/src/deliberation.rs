@@ -25,7 +25,7 @@ use crate::reflex::Latched;
 use crate::scalar::Scalar;
 use crate::schedule::{Stamped, Tick};
 use crate::sensing::proximity::{Scan, detections};
-use crate::units::{Point, Pose, WheelSpeeds};
+use crate::units::{Point, Polar, Pose, WheelSpeeds};
 
 /// Points that the swept path is checked against: those remembered, and one of each sensor of a ring of twelve.
 const SWEEP_POINTS: usize = MEMORY_POINTS + 12;
@@ -181,18 +181,22 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             self.standing.avoidance = p.wiring.avoid(&p.avoidance, &self.scan);
             return;
         }
-        let pose = latched.pose;
         let seen = detections(&p.proximity, &self.scan);
+        self.remember(p, latched.pose, &seen);
+        let field = &mut self.standing.obstacles;
+        field.value.renew(&self.map, &p.neural.obstacle, &p.reaching.winner, &p.scaling, &seen);
+        field.renewed = latched.now;
+    }
+
+    /// Keeps what is seen as points. Apart from [`Deliberation::avoid`], so that its stack is free again for the field.
+    #[inline(never)]
+    fn remember(&mut self, p: &Parameters<S, SENSORS>, pose: Pose<S>, seen: &[Polar<S>]) {
         self.standing.points = first(seen.iter().map(|place| place.to_point()));
-        let period = p.reflex.schedule.avoidance_period_ms;
-        self.memory.age(&p.memory, period);
+        self.memory.age(&p.memory, p.reflex.schedule.avoidance_period_ms);
         let rotation = pose.heading_rad.sin_cos();
         for &point in &self.standing.points {
             self.memory.remember(&p.memory, pose.to_world_frame(point, rotation));
         }
-        let field = &mut self.standing.obstacles;
-        field.value.renew(&self.map, &p.neural.obstacle, &p.reaching.winner, &p.scaling, &seen);
-        field.renewed = latched.now;
     }
 
     /// Target reaching: the current checkpoint renews the target field (P2), or the command for it (P1).

@@ -21,6 +21,7 @@
 //! | PB12 | motor driver enabled while high; pull it down on the board, so that motors rest during reset |
 
 use controller_core::scalar::Scalar;
+use controller_core::schedule::Tick;
 
 #[cfg(board = "stm32f405")]
 pub mod stm32f405;
@@ -103,6 +104,10 @@ pub trait Board {
 
     /// Bits per second of the link: 10 for a byte.
     const BAUD: u32;
+
+    /// In real time the host is told what the servo does every so many milliseconds, and answers with readings: as often
+    /// as the core has time for both.
+    const REPORT_MS: Tick;
 
     /// Prescaler (`IWDG_PR`) and count of the independent watchdog for [`WATCHDOG_MS`].
     const WATCHDOG: (u8, u16);

@@ -104,15 +104,13 @@ pub fn deliver(
             motors::stop();
         }
     });
-    match &FromHost::read_sense(raw.body) {
-        None => {}
-        Some(Err(error)) => return Err(*error),
-        Some(Ok(readings)) => {
-            if watch.lock(|watch| watch.is_real_time) {
-                fast.lock(|fast| fast.sense(readings));
-            }
-            return Ok(false);
-        }
+    if raw.body.first() == Some(&FromHost::SENSE) {
+        // In lockstep nobody waits for them, and below lies the stack of a whole tick.
+        return if watch.lock(|watch| watch.is_real_time) {
+            sense(raw.body, fast).map(|()| false)
+        } else {
+            Ok(false)
+        };
     }
     let is_taken = request.lock(|request| request.fill(|request| request.set(raw)));
     if !is_taken {
@@ -121,15 +119,37 @@ pub fn deliver(
     Ok(is_taken)
 }
 
+/// Readings for the servo. Apart from [`deliver`], whose stack frame lies on those of all slower tasks.
+#[inline(never)]
+fn sense(body: &[u8], fast: &mut impl Mutex<T = &'static mut Fast>) -> Result<(), DecodeError> {
+    match &FromHost::read_sense(body) {
+        Some(Ok(readings)) => fast.lock(|fast| fast.sense(readings)),
+        Some(Err(error)) => return Err(*error),
+        None => {}
+    }
+    Ok(())
+}
+
 /// What the host is told unasked.
 #[derive(Default)]
 pub struct Reports {
-    pub outputs: Option<Outputs>,
-    pub fault: Option<FaultReport>,
+    outputs: Option<Outputs>,
+    fault: Option<FaultReport>,
     stopped: Option<StopCause>,
 }
 
 impl Reports {
+    /// What is to be told next.
+    pub fn next(&mut self) -> Option<FromBoard> {
+        let fault = self.fault.take().map(FromBoard::Fault);
+        fault.or_else(|| self.outputs.take().map(FromBoard::Outputs))
+    }
+
+    /// The motors have been stopped, and nobody has been told.
+    pub fn has_fault(&self) -> bool {
+        self.fault.is_some()
+    }
+
     /// The outputs of a tick; a report that has not been sent yet is replaced, but for what happens only once.
     pub fn put(&mut self, outputs: &Outputs) {
         if outputs.stopped != self.stopped {

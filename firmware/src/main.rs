@@ -5,14 +5,15 @@
 //! | [`usart`](app::usart) | 6 | by each byte of the link | the next byte | the frame is damaged, and asked for again |
 //! | [`servo`](app::servo) | 5 | each millisecond | the next millisecond | counted; motors rest for a second |
 //! | [`decode`](app::decode) | 5 | by bytes received | none | the ring runs over: as a damaged frame |
-//! | [`report`](app::report) | 5 | by the servo | the next millisecond | the newer report replaces the older |
+//! | [`report`](app::report) | 5 | by the servo | its next release | the newer report replaces the older |
 //! | [`avoid`](app::avoid) | 3 | each 128 ms, or training step | its next release | counted, left out; motors rest |
 //! | [`reach`](app::reach) | 2 | each 256 ms | its next release | likewise |
-//! | [`serve`](app::serve) | 1 | by a request | none | the next request is dropped and counted |
+//! | [`serve`](app::serve) | 3 | by a request | none | the next request is dropped and counted |
 //! | [`idle`](app::idle) | 0 | | | |
 //!
 //! Decoding and reporting share the servo's priority, so that their stack frames do not add up on the board with 8 KiB;
-//! the servo may start late by the time that one frame takes.
+//! the servo may start late by the time that one frame takes. For the same reason requests are served at the priority of
+//! avoidance, which waits for the longest of them no longer than a fifth of its period.
 //!
 //! Periods are multiples of the servo's, which hardware times, so they do not drift. Periodic tasks rest in lockstep,
 //! where [`serve`](app::serve) computes whole ticks.
@@ -60,6 +61,9 @@ mod app {
     const RECEIVED_BYTES: usize = 32;
     /// Bytes between who sends and the USART: a report has room, longer frames are sent in parts.
     const TO_SEND_BYTES: usize = 64;
+
+    /// Bytes that are decoded before the servo gets its turn: at most one frame's end is among them.
+    const BYTES_AT_ONCE: usize = 8;
 
     /// Bytes that one trap fetches from the FIFO: any frame without a scan.
     const READ_BYTES: usize = 64;
@@ -210,7 +214,6 @@ mod app {
             if watch.is_real_time {
                 watchdog.start();
                 real_time.millisecond(fast, watch, reports);
-                rtic::pend(REPORT);
             }
             if watch.all_in_time() {
                 watchdog.feed();
@@ -243,6 +246,9 @@ mod app {
                 self.motors.drive(outputs.wheel_drive);
             }
             reports.put(&outputs);
+            if reports.has_fault() || outputs.tick.is_multiple_of(This::REPORT_MS) {
+                rtic::pend(REPORT);
+            }
             if let Some(work) = work {
                 if work.avoids && watch.avoidance.release(now_us) {
                     self.for_avoidance.put(fast.job(work));
@@ -261,8 +267,13 @@ mod app {
     #[task(binds = EXTI0, priority = 5, local = [to_decode], shared = [decoder, fast, watch, request])]
     fn decode(cx: decode::Context) {
         let decode::SharedResources { mut decoder, mut fast, mut watch, mut request, .. } = cx.shared;
-        while let Some(byte) = cx.local.to_decode.dequeue() {
+        for _ in 0..BYTES_AT_ONCE {
+            let Some(byte) = cx.local.to_decode.dequeue() else { break };
             decode_byte(byte, &mut decoder, &mut fast, &mut watch, &mut request);
+        }
+        if cx.local.to_decode.ready() {
+            // After the servo, if that is due.
+            rtic::pend(DECODE);
         }
         drivers::usart::resume();
     }
@@ -271,12 +282,11 @@ mod app {
     #[task(binds = EXTI1, priority = 5, shared = [reports, line])]
     fn report(cx: report::Context) {
         let report::SharedResources { mut reports, mut line, .. } = cx.shared;
-        if let Some(fault) = reports.lock(|reports| reports.fault.take()) {
-            defmt::warn!("motors stopped at tick {=u64}: {}", fault.tick, fault.cause);
-            line.lock(|line| line.try_send(&FromBoard::Fault(fault)));
-        }
-        if let Some(outputs) = reports.lock(|reports| reports.outputs.take()) {
-            line.lock(|line| line.try_send(&FromBoard::Outputs(outputs)));
+        while let Some(report) = &reports.lock(Reports::next) {
+            if let FromBoard::Fault(fault) = report {
+                defmt::warn!("motors stopped at tick {=u64}: {}", fault.tick, fault.cause);
+            }
+            line.lock(|line| line.try_send(report));
         }
         rtic::pend(Interrupt::USART1);
     }
@@ -316,7 +326,7 @@ mod app {
     /// Answers requests; in lockstep this is where ticks are computed.
     #[task(
         binds = EXTI4,
-        priority = 1,
+        priority = 3,
         local = [requested, session, sink, is_announced: bool = false],
         shared = [fast, slow, watch, decoder, line]
     )]

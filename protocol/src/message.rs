@@ -714,7 +714,7 @@ impl FromHost {
 
 impl Readings {
     fn first_invalid(&self) -> Option<&'static str> {
-        let pose = self.pose_fix.and_then(|pose| {
+        let pose = self.pose_fix.as_ref().and_then(|pose| {
             all_finite(&[
                 ("pose_fix.x_m", pose.x_m),
                 ("pose_fix.y_m", pose.y_m),
@@ -722,8 +722,8 @@ impl Readings {
             ])
         });
         let usable = |range_m: &f32| range_m.is_finite() && *range_m >= 0.0;
-        let scan = self.scan.filter(|scan| !scan.ranges_m.iter().flatten().all(usable));
-        let draws = self.exploration.filter(|draws| !draws.iter().all(|draw| draw.is_finite()));
+        let scan = self.scan.as_ref().filter(|scan| !scan.ranges_m.iter().flatten().all(usable));
+        let draws = self.exploration.as_ref().filter(|draws| !draws.iter().all(|draw| draw.is_finite()));
         pose.or(scan.map(|_| "scan.ranges_m")).or(draws.map(|_| "exploration"))
     }
 }

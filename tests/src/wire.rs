@@ -223,7 +223,7 @@ impl<S: Scalar> Conversation<S> {
         let reply = self.board.serve(&frame).to_vec();
         if self.board.time_base() != base {
             // Like a `Begin`.
-            (self.is_stopped, self.next_tick) = (false, 0);
+            self.next_tick = 0;
         }
         let Frame { sequence, message } = frame;
         if let FromHost::Sense(_) = message {
@@ -259,7 +259,8 @@ impl<S: Scalar> Conversation<S> {
             _ if !self.is_open => assert_eq!(*answer, FromBoard::Refused(Refusal::Mismatch)),
             (FromHost::Begin, _) => {
                 assert_eq!(*answer, FromBoard::Done);
-                (self.is_stopped, self.next_tick) = (false, 0);
+                // An emergency stop stays: only a disarm ends it.
+                self.next_tick = 0;
             }
             (FromHost::Step(readings), FromBoard::Outputs(outputs)) => {
                 assert_eq!(outputs.tick, readings.tick);

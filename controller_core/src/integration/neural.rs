@@ -43,63 +43,76 @@ pub struct Decision<S> {
     pub judged: u16,
 }
 
-/// `e_i` of every neuron; what is untrained or already judged counts as [`OUT`].
-struct Activities<S: Scalar, const COLUMNS: usize, const ROWS: usize> {
-    of: [[S::Weight; ROWS]; COLUMNS],
-    /// The largest of each column.
-    largest: [S; COLUMNS],
+/// The neurons in the order of `e_i`, the largest first, ties to the lower index.
+///
+/// Only the first of each column is kept; when it is taken out, its column is computed again. That costs a fifteenth of
+/// the map for each candidate, and spares the stack the activities of all neurons.
+struct Ranking<'a, S: Scalar, O, const COLUMNS: usize, const ROWS: usize> {
+    map: &'a Map<S, O, COLUMNS, ROWS>,
+    parameters: &'a TargetFieldParameters<S>,
+    target: &'a TargetField<S>,
+    obstacles: &'a ObstacleField<S, COLUMNS, ROWS>,
+    /// Of each column: the activity, and the row where it was found.
+    first: [S::Weight; COLUMNS],
+    row: [u8; COLUMNS],
 }
 
-/// Below any activity: inhibition saturates at −8 in 16 bits.
+/// Below any activity: inhibition saturates at −8 in 16 bits. What is untrained or taken out counts as this.
 const OUT: i32 = -8;
 
-impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> Activities<S, COLUMNS, ROWS> {
-    /// Sets all of them; in place, since they are what the stack holds most of.
-    fn set<O: Output<S>>(
-        &mut self,
-        map: &Map<S, O, COLUMNS, ROWS>,
-        parameters: &NeuralParameters<S>,
-        target: &TargetField<S>,
-        obstacles: &ObstacleField<S, COLUMNS, ROWS>,
-    ) {
+impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Ranking<'a, S, O, COLUMNS, ROWS> {
+    fn new(
+        map: &'a Map<S, O, COLUMNS, ROWS>,
+        parameters: &'a TargetFieldParameters<S>,
+        target: &'a TargetField<S>,
+        obstacles: &'a ObstacleField<S, COLUMNS, ROWS>,
+    ) -> Self {
+        let mut ranking =
+            Self { map, parameters, target, obstacles, first: [S::WEIGHT_ZERO; COLUMNS], row: [0; COLUMNS] };
+        for column in 0..COLUMNS {
+            ranking.rank(column, None);
+        }
+        ranking
+    }
+
+    /// Finds the first of a column behind the one taken out, if one was.
+    fn rank(&mut self, column: usize, taken: Option<(usize, S)>) {
         let out = S::from_i32(OUT);
-        self.of.as_flattened_mut().fill(out.to_weight());
-        self.largest = [out; COLUMNS];
-        let columns = self.of.iter_mut().zip(&mut self.largest).enumerate();
-        for (column, (activities, largest)) in columns {
-            let Some(inhibitions) = obstacles.column(column) else { break };
-            for (row, place) in map.rows(column, Eligible::Trained) {
-                let (Some(stored), Some(&inhibition)) = (activities.get_mut(row), inhibitions.get(row))
-                else {
-                    break;
-                };
-                let e = target.activity(&parameters.target, place) - S::from_weight(inhibition);
-                *stored = e.max(out).to_weight();
-                // What is stored, which has fewer bits.
-                *largest = largest.max(S::from_weight(*stored));
+        let (mut first, mut first_row) = (out, 0);
+        if let Some(inhibitions) = self.obstacles.column(column) {
+            for (row, place) in self.map.rows(column, Eligible::Trained) {
+                let Some(&inhibition) = inhibitions.get(row) else { break };
+                let e = self.target.activity(self.parameters, place) - S::from_weight(inhibition);
+                // As it is stored, with fewer bits.
+                let e = S::from_weight(e.max(out).to_weight());
+                let is_behind = taken.is_none_or(|(of_row, of)| e < of || (e <= of && row > of_row));
+                if is_behind && e > first {
+                    (first, first_row) = (e, row);
+                }
             }
+        }
+        if let (Some(stored), Some(row)) = (self.first.get_mut(column), self.row.get_mut(column)) {
+            *stored = first.to_weight();
+            *row = u8::try_from(first_row).unwrap_or(u8::MAX);
         }
     }
 
-    /// Takes out the neuron with the largest activity, ties to the lower index.
-    fn pop_best(&mut self) -> Option<(NeuronIndex, S)> {
+    /// The neuron with the largest activity, which stays until it is taken out.
+    fn best(&self) -> Option<(NeuronIndex, S)> {
         let out = S::from_i32(OUT);
-        let mut best = (0, out);
-        for (column, &largest) in self.largest.iter().enumerate() {
-            if largest > best.1 {
-                best = (column, largest);
+        let mut best = (0, 0, out);
+        for (column, (&stored, &row)) in self.first.iter().zip(&self.row).enumerate() {
+            let e = S::from_weight(stored);
+            if e > best.2 {
+                best = (column, row, e);
             }
         }
-        let (column, e) = best;
-        if e <= out {
-            return None;
-        }
-        let activities = self.of.get_mut(column)?;
-        let row = activities.iter().position(|&stored| S::from_weight(stored) >= e)?;
-        *activities.get_mut(row)? = out.to_weight();
-        let rest = activities.iter().fold(out, |largest, &stored| largest.max(S::from_weight(stored)));
-        *self.largest.get_mut(column)? = rest;
-        Some((NeuronIndex::new(column, row), e))
+        let (column, row, e) = best;
+        (e > out).then(|| (NeuronIndex::new(column, usize::from(row)), e))
+    }
+
+    fn take_out(&mut self, (index, e): (NeuronIndex, S)) {
+        self.rank(usize::from(index.column), Some((usize::from(index.row), e)));
     }
 }
 
@@ -115,14 +128,14 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
 ) -> Option<Decision<S>> {
     let mut best: Option<Decision<S>> = None;
     let mut count = 0_u16;
-    let mut activities = Activities { of: [[S::WEIGHT_ZERO; ROWS]; COLUMNS], largest: [S::ZERO; COLUMNS] };
-    activities.set(map, parameters, target, obstacles);
-    while let Some((index, e)) = activities.pop_best() {
+    let mut ranking = Ranking::new(map, &parameters.target, target, obstacles);
+    while let Some((index, e)) = ranking.best() {
         if best.is_some_and(|decision| decision.activity >= e) {
             break;
         }
         count += 1;
-        let activity = e - sweep(scaling.place(map.place(index)));
+        let inhibition = sweep(scaling.place(map.place(index)));
+        let activity = e - inhibition;
         if best.is_none_or(|decision| activity > decision.activity) {
             let is_target = index == target.winner;
             let command = if is_target {
@@ -132,6 +145,11 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
             };
             best = Some(Decision { command, winner: index, activity, is_target, judged: count });
         }
+        if inhibition <= S::ZERO {
+            // None behind it can be better.
+            break;
+        }
+        ranking.take_out((index, e));
     }
     best.map(|decision| Decision { judged: count, ..decision })
 }

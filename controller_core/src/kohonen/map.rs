@@ -47,14 +47,19 @@ pub enum Eligible {
 #[derive(Clone, Copy, Debug)]
 pub struct Spans<S, const COLUMNS: usize> {
     eligible: Eligible,
-    of_column: [Option<(S, S)>; COLUMNS],
+    /// The least above the most where there is none.
+    of_column: [(S, S); COLUMNS],
 }
 
 impl<S: Scalar, const COLUMNS: usize> Spans<S, COLUMNS> {
+    fn of(&self, column: usize) -> Option<(S, S)> {
+        self.of_column.get(column).copied().filter(|(least, most)| least <= most)
+    }
+
     /// The middle of what a column spans, and how far to either side; `None` for a column without eligible neurons.
     #[must_use]
     pub fn middle(&self, column: usize) -> Option<(S, S)> {
-        let (least, most) = self.of_column.get(column).copied().flatten()?;
+        let (least, most) = self.of(column)?;
         Some(((least + most) * S::HALF, (most - least) * S::HALF))
     }
 
@@ -65,7 +70,7 @@ impl<S: Scalar, const COLUMNS: usize> Spans<S, COLUMNS> {
     #[inline]
     #[must_use]
     pub fn nearest(&self, column: usize, bearing: S) -> Option<S> {
-        let (least, most) = self.of_column.get(column).copied().flatten()?;
+        let (least, most) = self.of(column)?;
         let (above, below) = (bearing - most, bearing - least);
         let goes_round = above < -S::PI || below >= S::PI;
         Some(if goes_round { S::ZERO } else { above.max(-below).max(S::ZERO) })
@@ -207,15 +212,18 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
     }
 
     /// The bearings that the eligible neurons of each column span: what lets a search leave whole columns out.
+    // Inlined: by way of a call there would be two of them on a small stack.
+    #[inline(always)]
     #[must_use]
     pub fn spans(&self, eligible: Eligible) -> Spans<S, COLUMNS> {
-        let span = |column| {
-            let bearings = self.rows(column, eligible).map(|(_, place)| place.bearing);
-            bearings.fold(None, |span: Option<(S, S)>, bearing| {
-                Some(span.map_or((bearing, bearing), |(least, most)| (least.min(bearing), most.max(bearing))))
-            })
-        };
-        Spans { eligible, of_column: core::array::from_fn(span) }
+        let mut spans = Spans { eligible, of_column: [(S::LIMIT, -S::LIMIT); COLUMNS] };
+        for (column, (least, most)) in spans.of_column.iter_mut().enumerate() {
+            for (_, place) in self.rows(column, eligible) {
+                *least = least.min(place.bearing);
+                *most = most.max(place.bearing);
+            }
+        }
+        spans
     }
 
     /// The winner for a place (P1 Eq. 2–4, P2 Eq. 1–3); `None` where no neuron is eligible yet.

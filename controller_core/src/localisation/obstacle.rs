@@ -105,31 +105,25 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
         // By value, so that they stay in registers.
         let p = &ObstacleFieldParameters { ..*p };
         let width = S::from_i32(NEGLIGIBLE_WIDTHS) / p.bearing_steepness + S::from_f32(SLACK_RAD);
-        let mut ahead = Vec::<Features<S>, SENSORS>::new();
-        let mut behind = Vec::<Features<S>, SENSORS>::new();
-        for column in 0..COLUMNS {
+        let mut deciding = Vec::<Features<S>, SENSORS>::new();
+        for (column, sums) in self.sum.iter_mut().enumerate() {
             let Some((middle, half_span)) = spans.middle(column) else { continue };
-            // The map holds places behind turned by half a turn.
-            let opposite = wrap(middle + S::PI);
             // Of a column's neurons, the obstacles farther aside decide nothing.
             let aside = half_span + width;
-            ahead.clear();
-            behind.clear();
-            for centre in &centres {
-                // There is room for all of them.
-                if angle_between(middle, centre.bearing).abs() <= aside {
-                    let _ = ahead.push(*centre);
-                }
-                if angle_between(opposite, centre.bearing).abs() <= aside {
-                    let _ = behind.push(*centre);
-                }
-            }
-            for (row, place) in map.rows(column, Eligible::Trained) {
-                let deciding = if place.distance < S::ZERO { &behind } else { &ahead };
-                let place = place.unfolded();
-                let sum = deciding.iter().fold(S::ZERO, |sum, &centre| sum + activity(p, centre, place));
-                if let Some(stored) = self.sum.get_mut(column).and_then(|rows| rows.get_mut(row)) {
-                    *stored = sum.to_weight();
+            // The map holds places behind turned by half a turn.
+            for (middle, is_behind) in [(middle, false), (wrap(middle + S::PI), true)] {
+                let near = |centre: &&Features<S>| angle_between(middle, centre.bearing).abs() <= aside;
+                deciding.clear();
+                deciding.extend(centres.iter().filter(near).copied());
+                for (row, place) in map.rows(column, Eligible::Trained) {
+                    if (place.distance < S::ZERO) != is_behind {
+                        continue;
+                    }
+                    let place = place.unfolded();
+                    let sum = deciding.iter().fold(S::ZERO, |sum, &centre| sum + activity(p, centre, place));
+                    if let Some(stored) = sums.get_mut(row) {
+                        *stored = sum.to_weight();
+                    }
                 }
             }
         }

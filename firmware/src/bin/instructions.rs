@@ -32,7 +32,7 @@ use protocol::convert::neuron_index;
 use protocol::endpoint::Job;
 use protocol::frame::{self, Decoder, FRAME_BYTES_MAX};
 use protocol::map_file::NeuronRecord;
-use protocol::message::{COLUMNS, FromHost, ROWS, Readings, SENSORS, Scan};
+use protocol::message::{COLUMNS, FromBoard, FromHost, ROWS, Readings, SENSORS, Scan};
 use semihosting::println;
 
 /// Moments that are tried.
@@ -198,6 +198,12 @@ fn measure(slow: &mut Slow) {
         frame.iter().for_each(|&byte| {
             black_box(decoder.push(black_box(byte)).is_some());
         });
+    });
+    let (outputs, _) = fast.tick();
+    let report_of_outputs = FromBoard::Outputs(outputs);
+    report("frame_of_outputs", |_| {
+        let mut buffer = [0; FRAME_BYTES_MAX];
+        black_box(frame::encode(0, black_box(&report_of_outputs), &mut buffer).is_ok());
     });
 }
 

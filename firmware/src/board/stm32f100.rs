@@ -2,7 +2,7 @@
 //!
 //! Board: STM32VLDISCOVERY; in QEMU `stm32vldiscovery`.
 
-use super::{Board, ClockSource, Clocks, PULSE_HZ, WATCHDOG_MS, pac, wait_until};
+use super::{Board, ClockSource, Clocks, PULSE_HZ, Tick, WATCHDOG_MS, pac, wait_until};
 
 /// The board.
 pub struct Stm32f100;
@@ -45,6 +45,8 @@ impl Board for Stm32f100 {
         Clocks { source: ClockSource::Crystal, core_hz: CORE_HZ, usart_hz: CORE_HZ, timer_hz: CORE_HZ };
     /// 50 bytes in a millisecond: readings in, outputs out, just; and 480 clocks for each byte.
     const BAUD: u32 = 500_000;
+    // A report and readings take 18,000 instructions, as many as the core has in a millisecond.
+    const REPORT_MS: Tick = 8;
     const WATCHDOG: (u8, u16) = {
         let count = WATCHDOG_HZ / WATCHDOG_DIVIDER * WATCHDOG_MS / 1000;
         assert!(count <= 0xfff);

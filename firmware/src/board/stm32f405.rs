@@ -2,7 +2,7 @@
 //!
 //! Boards: Olimex STM32-H405, Feather STM32F405 (with another crystal); in QEMU `netduinoplus2`.
 
-use super::{Board, ClockSource, Clocks, PULSE_HZ, WATCHDOG_MS, pac, wait_until};
+use super::{Board, ClockSource, Clocks, PULSE_HZ, Tick, WATCHDOG_MS, pac, wait_until};
 
 /// The board.
 pub struct Stm32f405;
@@ -84,6 +84,7 @@ impl Board for Stm32f405 {
     };
     /// 100 bytes in a millisecond: readings in, outputs out, with as much to spare.
     const BAUD: u32 = 1_000_000;
+    const REPORT_MS: Tick = 1;
     const WATCHDOG: (u8, u16) = {
         let count = WATCHDOG_HZ / WATCHDOG_DIVIDER * WATCHDOG_MS / 1000;
         assert!(count <= 0xfff);

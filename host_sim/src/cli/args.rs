@@ -86,6 +86,9 @@ pub struct WayArgs {
     /// Firmware image for `qemu:…`; default: where `cargo xtask firmware` puts it
     #[arg(long, value_name = "FILE")]
     pub image: Option<PathBuf>,
+    /// Where the log of `qemu:…` goes, for `defmt-print -e IMAGE < FILE`; default: nowhere
+    #[arg(long, value_name = "FILE")]
+    pub log: Option<PathBuf>,
     /// Bits per second of `serial:…`
     #[arg(long, value_name = "N", default_value_t = 1_000_000)]
     #[arg(value_parser = clap::value_parser!(u32).range(300..=12_000_000))]

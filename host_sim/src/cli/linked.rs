@@ -44,6 +44,7 @@ pub fn connect(
     let transport = address.open(&OpenOptions {
         baud: way.baud,
         image: way.image.clone(),
+        log: way.log.clone(),
         stub_scalar: scalar.unwrap_or(ScalarKind::F32),
         real_time: time_base == TimeBase::RealTime,
     })?;

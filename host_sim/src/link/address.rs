@@ -42,6 +42,8 @@ pub struct OpenOptions {
     pub baud: u32,
     /// The emulator's image; `None` is where the build puts it.
     pub image: Option<PathBuf>,
+    /// Where the emulated board's log goes; `None` is nowhere.
+    pub log: Option<PathBuf>,
     /// What the stub in this process computes with.
     pub stub_scalar: ScalarKind,
     /// The board is to run on its own clock.
@@ -50,7 +52,7 @@ pub struct OpenOptions {
 
 impl Default for OpenOptions {
     fn default() -> Self {
-        Self { baud: 1_000_000, image: None, stub_scalar: ScalarKind::F32, real_time: false }
+        Self { baud: 1_000_000, image: None, log: None, stub_scalar: ScalarKind::F32, real_time: false }
     }
 }
 
@@ -152,7 +154,7 @@ pub fn default_image(board: Board) -> PathBuf {
 fn real_time_clock(board: Board) -> &'static str {
     match board {
         Board::Stm32f405 | Board::Stub => "shift=3",
-        Board::Stm32f100 => "shift=6",
+        Board::Stm32f100 => "shift=6,align=on",
     }
 }
 
@@ -169,6 +171,7 @@ fn open_emulator(board: Board, usart: bool, options: &OpenOptions) -> Result<Box
     Ok(Box::new(Qemu::start(&QemuOptions {
         board,
         image: options.image.clone().unwrap_or_else(|| default_image(board)),
+        log: options.log.clone(),
         way: if usart { Way::Usart } else { Way::Semihosting },
         icount: options.real_time.then(|| real_time_clock(board).to_owned()),
     })?))

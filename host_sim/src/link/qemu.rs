@@ -47,6 +47,8 @@ pub struct QemuOptions {
     pub board: Board,
     /// Its firmware image.
     pub image: PathBuf,
+    /// Where its log goes, as defmt frames; `None` is nowhere.
+    pub log: Option<PathBuf>,
     /// The way to it.
     pub way: Way,
     /// The emulator's `-icount`: how its time goes. `None` is as fast as it can, by the host's clock, which loses timer
@@ -139,6 +141,9 @@ impl Qemu {
                 command.arg("-serial").arg(format!("unix:{},server=on,wait=on", socket.display()));
             }
         }
+        if let Some(log) = &options.log {
+            semihosting += &format!(",arg=log={}", writable_log(log)?);
+        }
         command.args(["-semihosting-config", &semihosting]);
         if let Some(icount) = &options.icount {
             command.args(["-icount", icount]);
@@ -174,6 +179,18 @@ fn ended(status: &str, said: &str) -> String {
     let said = said.trim();
     let quote = if said.is_empty() { String::new() } else { format!(": {said}") };
     format!("the emulator has ended, {status}{quote}")
+}
+
+/// The path of a log as the firmware can be told it, once the file is there.
+fn writable_log(log: &Path) -> Result<String, LinkError> {
+    let text = log.to_string_lossy();
+    let remedy = "name a file that can be written to, with --log";
+    File::create(log).map_err(|error| absent(text.clone(), error.to_string(), remedy))?;
+    if log.as_os_str().len() > PATH_BYTES_MAX || text.contains([' ', ',']) {
+        let remedy = "name a file with a short path without spaces and commas, with --log";
+        return Err(absent(text, "the firmware cannot be told this path", remedy));
+    }
+    Ok(text.into_owned())
 }
 
 /// Opens this side of both pipes, neither of which waits for the emulator.
