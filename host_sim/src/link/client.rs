@@ -2,8 +2,8 @@
 //!
 //! The client numbers its requests 1 to 255 and around, sends one, and waits for the answer with its number; if none
 //! comes in good time it sends the same frame again, which a board answers without carrying it out twice. How long
-//! "good time" is follows from what the answers took so far. After [`ANSWER_MAX`] it gives up and says what came
-//! instead. Lost and damaged frames therefore cost time and change nothing.
+//! "good time" is follows from what the answers took so far. After [`Transport::answer_max`] it gives up and says what
+//! came instead. Lost and damaged frames therefore cost time and change nothing.
 
 use core::time::Duration;
 use std::collections::VecDeque;
@@ -14,9 +14,6 @@ use protocol::message::{FromBoard, FromHost, MapRequest, Parameters, Refusal};
 
 use super::error::LinkError;
 use super::transport::Transport;
-
-/// Longest wait for an answer, repetitions included.
-pub const ANSWER_MAX: Duration = Duration::from_millis(1500);
 
 /// Shortest wait before a request is sent again: below, a busy machine would be mistaken for a lost frame.
 const REPEAT_MIN: Duration = Duration::from_millis(4);
@@ -125,13 +122,13 @@ impl<T: Transport> Client<T> {
     /// Asks, and waits for the answer, whatever it is.
     ///
     /// # Errors
-    /// See [`LinkError`]; never later than [`ANSWER_MAX`].
+    /// See [`LinkError`]; never later than [`Transport::answer_max`].
     pub fn request(&mut self, request: &FromHost) -> Result<FromBoard, LinkError> {
         self.sequence = self.sequence.checked_add(1).unwrap_or(1);
         let mut buffer = [0; FRAME_BYTES_MAX];
         let frame = encode(self.sequence, request, &mut buffer)?;
         let bytes_before = self.bytes;
-        let begin = Instant::now();
+        let (begin, answer_max) = (Instant::now(), self.transport.answer_max());
         let (mut sent, mut patience) = (begin, self.repeat_after);
         self.send(frame)?;
         loop {
@@ -151,11 +148,11 @@ impl<T: Transport> Client<T> {
                 }
             }
             let waited = begin.elapsed();
-            if waited >= ANSWER_MAX {
+            if waited >= answer_max {
                 return Err(self.no_answer(name_of(request), waited, bytes_before));
             }
             self.counts.repeated += 1;
-            patience = (2 * patience).min(REPEAT_MAX).min(ANSWER_MAX.saturating_sub(waited)).max(REPEAT_MIN);
+            patience = (2 * patience).min(REPEAT_MAX).min(answer_max.saturating_sub(waited)).max(REPEAT_MIN);
             sent = Instant::now();
             self.send(frame)?;
         }

@@ -5,6 +5,7 @@
 //! waits. Over the **USART** every byte takes the way it takes on the board, interrupt by interrupt.
 
 use core::time::Duration;
+use std::collections::VecDeque;
 use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Write};
 use std::os::unix::fs::OpenOptionsExt;
@@ -20,13 +21,14 @@ use rustix::io::Errno;
 use tempfile::TempDir;
 
 use super::error::LinkError;
-use super::transport::{ReadLimit, SEND_PATIENCE, Transport, received};
+use super::transport::{ReadLimit, Transport, received};
 
 /// The emulator.
 const PROGRAM: &str = "qemu-system-arm";
 
-/// Longest wait for the emulator to open its serial port.
-const START_PATIENCE: Duration = Duration::from_millis(1500);
+/// Longest wait for a living emulator, to open its serial port, to take bytes, to answer. One that ends is noticed at
+/// once, but one that counts instructions stands still for seconds where the machine does.
+const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Longest path that the firmware has room for.
 const PATH_BYTES_MAX: usize = 100;
@@ -67,7 +69,57 @@ pub struct Qemu {
 #[derive(Debug)]
 enum Channel {
     Pipes { to_board: File, from_board: File },
-    Socket { stream: UnixStream, limit: ReadLimit },
+    Socket(Socket),
+}
+
+/// The emulated serial port.
+#[derive(Debug)]
+struct Socket {
+    stream: UnixStream,
+    limit: ReadLimit,
+    /// What came while something was being sent.
+    early: VecDeque<u8>,
+}
+
+impl Socket {
+    /// Sends all of it, and meanwhile takes what comes.
+    ///
+    /// The emulator writes a byte at a time, of which a socket holds few hundred; while one finds no room, it does
+    /// nothing else, and does not read either. Two ends that wait to write would wait for good.
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            let mut ready = [PollFd::new(&self.stream, PollFlags::IN | PollFlags::OUT)];
+            match poll(&mut ready, Some(&timespec(end.saturating_duration_since(Instant::now())))) {
+                Ok(0) => return Err(ErrorKind::TimedOut.into()),
+                Ok(_) => {}
+                Err(Errno::INTR) => continue,
+                Err(error) => return Err(error.into()),
+            }
+            let events = ready[0].revents();
+            if events.contains(PollFlags::OUT) {
+                return self.stream.write_all(bytes);
+            }
+            let mut buffer = [0; 512];
+            let count = received(self.stream.read(&mut buffer))?;
+            self.early.extend(buffer.iter().take(count));
+        }
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<usize> {
+        if self.early.is_empty() {
+            self.limit.set(patience, |patience| self.stream.set_read_timeout(patience))?;
+            return received(self.stream.read(buffer));
+        }
+        self.early.read(buffer)
+    }
+}
+
+fn timespec(duration: Duration) -> Timespec {
+    Timespec {
+        tv_sec: i64::try_from(duration.as_secs()).unwrap_or(i64::MAX),
+        tv_nsec: duration.subsec_nanos().into(),
+    }
 }
 
 /// A process that has not been handed over yet, and ends if it never is.
@@ -211,16 +263,17 @@ fn connect(
     loop {
         match UnixStream::connect(socket) {
             Ok(stream) => {
-                let limited = stream.set_write_timeout(Some(SEND_PATIENCE));
+                let limited = stream.set_write_timeout(Some(PATIENCE));
                 limited.map_err(|error| LinkError::gone(&error, None))?;
-                return Ok(Channel::Socket { stream, limit: ReadLimit::default() });
+                let early = VecDeque::new();
+                return Ok(Channel::Socket(Socket { stream, limit: ReadLimit::default(), early }));
             }
             Err(error) => {
                 let status = child.as_mut().and_then(|child| child.try_wait().ok().flatten());
                 if let Some(status) = status {
                     return Err(LinkError::Gone { reason: ended(&status.to_string(), &said()) });
                 }
-                if begin.elapsed() > START_PATIENCE {
+                if begin.elapsed() > PATIENCE {
                     return Err(absent(PROGRAM, error.to_string(), "see whether the machine is overloaded"));
                 }
                 std::thread::sleep(Duration::from_millis(2));
@@ -233,33 +286,30 @@ impl Transport for Qemu {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         match &mut self.channel {
             Channel::Pipes { to_board, .. } => to_board.write_all(bytes),
-            Channel::Socket { stream, .. } => stream.write_all(bytes),
+            Channel::Socket(socket) => socket.send(bytes),
         }
     }
 
     fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<usize> {
         let count = match &mut self.channel {
             Channel::Pipes { from_board, .. } => {
-                let patience = Timespec {
-                    tv_sec: i64::try_from(patience.as_secs()).unwrap_or(i64::MAX),
-                    tv_nsec: patience.subsec_nanos().into(),
-                };
-                match poll(&mut [PollFd::new(from_board, PollFlags::IN)], Some(&patience)) {
+                match poll(&mut [PollFd::new(from_board, PollFlags::IN)], Some(&timespec(patience))) {
                     Ok(0) | Err(Errno::INTR) => 0,
                     Ok(_) => received(from_board.read(buffer))?,
                     Err(error) => return Err(error.into()),
                 }
             }
-            Channel::Socket { stream, limit } => {
-                limit.set(patience, |patience| stream.set_read_timeout(patience))?;
-                received(stream.read(buffer))?
-            }
+            Channel::Socket(socket) => socket.receive(buffer, patience)?,
         };
         // A pipe that nobody has opened yet does not tell that nobody will.
         if count == 0 && self.obituary().is_some() {
             return Err(ErrorKind::UnexpectedEof.into());
         }
         Ok(count)
+    }
+
+    fn answer_max(&self) -> Duration {
+        PATIENCE
     }
 
     fn post_mortem(&mut self) -> Option<String> {

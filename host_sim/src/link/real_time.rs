@@ -14,7 +14,7 @@ use controller_core::schedule::{Schedule, Tick};
 use controller_core::units::Point;
 use protocol::message::{FaultReport, FromBoard, FromHost, Outputs as WireOutputs, Readings};
 
-use super::client::{ANSWER_MAX, unexpected};
+use super::client::unexpected;
 use super::error::LinkError;
 use super::port::{outputs_of, replace_checkpoint, schedule_of, send_checkpoints};
 use super::session::Session;
@@ -156,7 +156,7 @@ impl<'a, T: Transport> RealTimePort<'a, T> {
                 continue;
             }
             waited += REPEAT;
-            if waited >= ANSWER_MAX {
+            if waited >= self.session.client.transport_mut().answer_max() {
                 return Err(LinkError::Silent { request: "outputs in real time", waited });
             }
             self.tell()?;

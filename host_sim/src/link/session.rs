@@ -50,7 +50,7 @@ impl<T: Transport> Session<T> {
     /// Says hello to a board, and checks that it is the one expected; `None` is any.
     ///
     /// # Errors
-    /// See [`LinkError`]; never later than [`super::client::ANSWER_MAX`].
+    /// See [`LinkError`]; never later than [`Transport::answer_max`].
     pub fn open(
         transport: T,
         board: Option<Board>,

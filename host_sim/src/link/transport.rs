@@ -17,6 +17,11 @@ pub trait Transport {
     /// If the other side is gone; an end of file is [`io::ErrorKind::UnexpectedEof`].
     fn receive(&mut self, buffer: &mut [u8], patience: Duration) -> io::Result<usize>;
 
+    /// After how long without an answer the board counts as silent.
+    fn answer_max(&self) -> Duration {
+        ANSWER_MAX
+    }
+
     /// Why the other side is gone, where the transport knows more than the system's error tells.
     fn post_mortem(&mut self) -> Option<String> {
         None
@@ -32,10 +37,18 @@ impl<T: Transport + ?Sized> Transport for Box<T> {
         (**self).receive(buffer, patience)
     }
 
+    fn answer_max(&self) -> Duration {
+        (**self).answer_max()
+    }
+
     fn post_mortem(&mut self) -> Option<String> {
         (**self).post_mortem()
     }
 }
+
+/// Longest wait for an answer, unless the transport says otherwise. With the time that opening takes, whatever is amiss
+/// is told within two seconds.
+pub const ANSWER_MAX: Duration = Duration::from_millis(1500);
 
 /// Longest wait for a transport to take bytes.
 pub(crate) const SEND_PATIENCE: Duration = Duration::from_secs(1);
