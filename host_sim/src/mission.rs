@@ -14,7 +14,7 @@ use crate::number::narrow_point;
 use crate::random::{Purpose, Stream};
 use crate::route_planner::{self, RouteError};
 use crate::scenario::{ControllerKind, Route, Scenario, Trigger};
-use crate::sil::ControllerPort;
+use crate::sil::{ControllerPort, Order};
 use crate::simulation::{Simulation, seconds};
 
 /// Why a mission cannot begin or go on; `E` is what can be wrong with the way to the controller.
@@ -239,10 +239,9 @@ impl<C: ControllerPort> Mission<'_, C> {
             let replacement = scenario.replacements[index];
             // One that is behind already has come too late: the plan's change no longer matters.
             if replacement.checkpoint >= self.arrivals.len() {
-                self.simulation
-                    .controller
-                    .replace_checkpoint(replacement.checkpoint, narrow_point(replacement.to))
-                    .map_err(MissionError::Port)??;
+                let at = narrow_point(replacement.to);
+                let order = Order::Checkpoint { number: replacement.checkpoint, at };
+                self.simulation.controller.order(order).map_err(MissionError::Port)??;
                 self.checkpoints[replacement.checkpoint] = replacement.to;
             }
         }

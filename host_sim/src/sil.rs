@@ -42,25 +42,52 @@ pub trait ControllerPort {
     /// When the controller reads what.
     fn schedule(&self) -> Schedule;
 
-    /// Standby, learn or navigate.
-    fn set_mode(&mut self, mode: Mode, now: Tick) -> Result<(), Self::Error>;
-
-    /// Lets the motors run.
-    fn arm(&mut self) -> Result<(), Self::Error>;
-
-    /// Replaces all checkpoints; the controller's answer is that of
-    /// [`controller_core::planning::checkpoint::Checkpoints::replace_all`].
-    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, Self::Error>;
-
-    /// Replaces one checkpoint that is still ahead; the controller's answer is that of
-    /// [`controller_core::planning::checkpoint::Checkpoints::replace`].
-    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, Self::Error>;
+    /// Tells the controller what it is to do.
+    fn order(&mut self, order: Order<'_>) -> Result<Answer, Self::Error>;
 
     /// Hash over all commands and drives since start.
     fn hash(&self) -> u64;
+
+    /// Standby, learn or navigate.
+    fn set_mode(&mut self, mode: Mode, now: Tick) -> Result<(), Self::Error> {
+        self.order(Order::Mode { mode, now }).map(drop)
+    }
+
+    /// Lets the motors run.
+    fn arm(&mut self) -> Result<(), Self::Error> {
+        self.order(Order::Arm).map(drop)
+    }
+
+    /// Replaces all checkpoints.
+    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, Self::Error> {
+        self.order(Order::Checkpoints(checkpoints))
+    }
 }
 
-/// What a controller says to a change of its checkpoints: refused, nothing has changed.
+/// What a controller can be told to do between two ticks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Order<'a> {
+    /// Stand by, learn or navigate, from this tick on.
+    Mode {
+        /// Which of them.
+        mode: Mode,
+        /// The present tick.
+        now: Tick,
+    },
+    /// Let the motors run.
+    Arm,
+    /// Replace all checkpoints, as [`controller_core::planning::checkpoint::Checkpoints::replace_all`].
+    Checkpoints(&'a [Point<f32>]),
+    /// Replace one that is still ahead, as [`controller_core::planning::checkpoint::Checkpoints::replace`].
+    Checkpoint {
+        /// Which, counted from the first that was ever set.
+        number: usize,
+        /// Where it is to be.
+        at: Point<f32>,
+    },
+}
+
+/// What a controller says to an order. Only changes of checkpoints can be refused; then nothing has changed.
 pub type Answer = Result<(), CheckpointError>;
 
 impl<C: ControllerPort> ControllerPort for &mut C {
@@ -74,20 +101,8 @@ impl<C: ControllerPort> ControllerPort for &mut C {
         (**self).schedule()
     }
 
-    fn set_mode(&mut self, mode: Mode, now: Tick) -> Result<(), C::Error> {
-        (**self).set_mode(mode, now)
-    }
-
-    fn arm(&mut self) -> Result<(), C::Error> {
-        (**self).arm()
-    }
-
-    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, C::Error> {
-        (**self).set_checkpoints(checkpoints)
-    }
-
-    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, C::Error> {
-        (**self).replace_checkpoint(number, checkpoint)
+    fn order(&mut self, order: Order<'_>) -> Result<Answer, C::Error> {
+        (**self).order(order)
     }
 
     fn hash(&self) -> u64 {
@@ -137,23 +152,19 @@ impl<S: Scalar, O: Output<S>> ControllerPort for Sil<S, O> {
         self.parameters.reflex.schedule
     }
 
-    fn set_mode(&mut self, mode: Mode, now: Tick) -> Result<(), Infallible> {
-        self.controller.set_mode(mode, now);
-        Ok(())
-    }
-
-    fn arm(&mut self) -> Result<(), Infallible> {
-        self.controller.arm();
-        Ok(())
-    }
-
-    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, Infallible> {
-        let points: Vec<Point<S>> = checkpoints.iter().copied().map(point_from).collect();
-        Ok(self.controller.checkpoints_mut().replace_all(&points))
-    }
-
-    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, Infallible> {
-        Ok(self.controller.checkpoints_mut().replace(number, point_from(checkpoint)))
+    fn order(&mut self, order: Order<'_>) -> Result<Answer, Infallible> {
+        match order {
+            Order::Mode { mode, now } => self.controller.set_mode(mode, now),
+            Order::Arm => self.controller.arm(),
+            Order::Checkpoints(checkpoints) => {
+                let points: Vec<Point<S>> = checkpoints.iter().copied().map(point_from).collect();
+                return Ok(self.controller.checkpoints_mut().replace_all(&points));
+            }
+            Order::Checkpoint { number, at } => {
+                return Ok(self.controller.checkpoints_mut().replace(number, point_from(at)));
+            }
+        }
+        Ok(Ok(()))
     }
 
     fn hash(&self) -> u64 {

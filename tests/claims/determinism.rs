@@ -9,13 +9,12 @@
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use controller_core::config::Config;
-use controller_core::controller::{Inputs, Mode, Outputs};
+use controller_core::controller::{Inputs, Outputs};
 use controller_core::scalar::Scalar;
 use controller_core::schedule::{Schedule, Tick};
-use controller_core::units::Point;
 use host_sim::mission::{self, MissionOptions, config_for};
 use host_sim::scenario::Scenario;
-use host_sim::sil::{Answer, ControllerPort, HostMap, Sil};
+use host_sim::sil::{Answer, ControllerPort, HostMap, Order, Sil};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use tests::for_each_scalar;
 use tests::learning::{Indirect, trained};
@@ -45,20 +44,8 @@ impl<C: ControllerPort> ControllerPort for Canary<C> {
         self.inner.schedule()
     }
 
-    fn set_mode(&mut self, mode: Mode, now: Tick) -> Result<(), C::Error> {
-        self.inner.set_mode(mode, now)
-    }
-
-    fn arm(&mut self) -> Result<(), C::Error> {
-        self.inner.arm()
-    }
-
-    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, C::Error> {
-        self.inner.set_checkpoints(checkpoints)
-    }
-
-    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, C::Error> {
-        self.inner.replace_checkpoint(number, checkpoint)
+    fn order(&mut self, order: Order<'_>) -> Result<Answer, C::Error> {
+        self.inner.order(order)
     }
 
     fn hash(&self) -> u64 {

@@ -1,7 +1,7 @@
 //! A board in lockstep as a controller that the simulator can drive: one step, one tick.
 
 use controller_core::config::{Config, ScheduleConfig};
-use controller_core::controller::{Inputs, Mode, Outputs};
+use controller_core::controller::{Inputs, Outputs};
 use controller_core::schedule::{Schedule, Stamped, Tick};
 use controller_core::state_hash::StateHash;
 use controller_core::units::Point;
@@ -14,7 +14,7 @@ use super::error::LinkError;
 use super::session::Session;
 use super::transport::Transport;
 use crate::proximity_model::SENSORS;
-use crate::sil::{Answer, ControllerPort};
+use crate::sil::{Answer, ControllerPort, Order};
 
 /// A board in lockstep.
 #[derive(Debug)]
@@ -58,20 +58,8 @@ impl<T: Transport> ControllerPort for LinkPort<'_, T> {
         self.schedule
     }
 
-    fn set_mode(&mut self, mode: Mode, _now: Tick) -> Result<(), LinkError> {
-        self.session.client.command(&FromHost::Mode(mode))
-    }
-
-    fn arm(&mut self) -> Result<(), LinkError> {
-        self.session.client.command(&FromHost::Arm)
-    }
-
-    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, LinkError> {
-        send_checkpoints(&mut self.session.client, checkpoints)
-    }
-
-    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, LinkError> {
-        replace_checkpoint(&mut self.session.client, number, checkpoint)
+    fn order(&mut self, order: Order<'_>) -> Result<Answer, LinkError> {
+        send_order(&mut self.session.client, order)
     }
 
     fn hash(&self) -> u64 {
@@ -96,8 +84,25 @@ pub(crate) fn outputs_of(outputs: &WireOutputs, schedule: &Schedule) -> Outputs<
     }
 }
 
+/// Has an order carried out.
+pub(crate) fn send_order<T: Transport>(
+    client: &mut Client<T>,
+    order: Order<'_>,
+) -> Result<Answer, LinkError> {
+    match order {
+        Order::Mode { mode, .. } => client.command(&FromHost::Mode(mode)).map(Ok),
+        Order::Arm => client.command(&FromHost::Arm).map(Ok),
+        Order::Checkpoints(checkpoints) => send_checkpoints(client, checkpoints),
+        Order::Checkpoint { number, at } => {
+            // No list is longer than a byte counts; a number beyond is refused as the largest.
+            let index = u8::try_from(number).unwrap_or(u8::MAX);
+            answer_to(client, Checkpoints::ReplaceOne { index, point: at })
+        }
+    }
+}
+
 /// Replaces all checkpoints; more than one message holds are sent in parts.
-pub(crate) fn send_checkpoints<T: Transport>(
+fn send_checkpoints<T: Transport>(
     client: &mut Client<T>,
     checkpoints: &[Point<f32>],
 ) -> Result<Answer, LinkError> {
@@ -114,17 +119,6 @@ pub(crate) fn send_checkpoints<T: Transport>(
         }
     }
     Ok(Ok(()))
-}
-
-/// Replaces one checkpoint.
-pub(crate) fn replace_checkpoint<T: Transport>(
-    client: &mut Client<T>,
-    number: usize,
-    point: Point<f32>,
-) -> Result<Answer, LinkError> {
-    // No list is longer than a byte counts; a number beyond is refused as the largest.
-    let index = u8::try_from(number).unwrap_or(u8::MAX);
-    answer_to(client, Checkpoints::ReplaceOne { index, point })
 }
 
 fn answer_to<T: Transport>(client: &mut Client<T>, change: Checkpoints) -> Result<Answer, LinkError> {

@@ -8,19 +8,18 @@ use core::time::Duration;
 use std::collections::VecDeque;
 
 use controller_core::config::Config;
-use controller_core::controller::{Inputs, Mode, Outputs};
+use controller_core::controller::{Inputs, Outputs};
 use controller_core::planning::checkpoint::Reached;
 use controller_core::schedule::{Schedule, Tick};
-use controller_core::units::Point;
 use protocol::message::{FaultReport, FromBoard, FromHost, Outputs as WireOutputs, Readings};
 
 use super::client::unexpected;
 use super::error::LinkError;
-use super::port::{outputs_of, replace_checkpoint, schedule_of, send_checkpoints};
+use super::port::{outputs_of, schedule_of, send_order};
 use super::session::Session;
 use super::transport::Transport;
 use crate::proximity_model::SENSORS;
-use crate::sil::{Answer, ControllerPort};
+use crate::sil::{Answer, ControllerPort, Order};
 
 /// Without a word from the board the readings are sent again after so long: well before it thinks the host is gone.
 const REPEAT: Duration = Duration::from_millis(20);
@@ -189,20 +188,8 @@ impl<T: Transport> ControllerPort for RealTimePort<'_, T> {
         self.schedule
     }
 
-    fn set_mode(&mut self, mode: Mode, _now: Tick) -> Result<(), LinkError> {
-        self.session.client.command(&FromHost::Mode(mode))
-    }
-
-    fn arm(&mut self) -> Result<(), LinkError> {
-        self.session.client.command(&FromHost::Arm)
-    }
-
-    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, LinkError> {
-        send_checkpoints(&mut self.session.client, checkpoints)
-    }
-
-    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, LinkError> {
-        replace_checkpoint(&mut self.session.client, number, checkpoint)
+    fn order(&mut self, order: Order<'_>) -> Result<Answer, LinkError> {
+        send_order(&mut self.session.client, order)
     }
 
     /// Digest of the last outputs; it depends on when the host's readings came.

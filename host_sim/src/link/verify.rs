@@ -1,11 +1,10 @@
 //! Two controllers on the same inputs, compared after every tick: a board, and the core in this process.
 
-use controller_core::controller::{Inputs, Mode, Outputs};
+use controller_core::controller::{Inputs, Outputs};
 use controller_core::schedule::{Schedule, Tick};
-use controller_core::units::Point;
 
 use crate::proximity_model::SENSORS;
-use crate::sil::{Answer, ControllerPort};
+use crate::sil::{Answer, ControllerPort, Order};
 
 /// Drives the simulation with the first; fails at the first tick after which the two differ.
 #[derive(Debug, Clone)]
@@ -47,12 +46,6 @@ pub enum VerifyError<E: core::error::Error> {
     },
 }
 
-impl<A: ControllerPort, B: ControllerPort<Error = core::convert::Infallible>> Verified<A, B> {
-    fn same(tested: Answer, reference: Answer) -> Result<Answer, VerifyError<A::Error>> {
-        if tested == reference { Ok(tested) } else { Err(VerifyError::Answers { tested, reference }) }
-    }
-}
-
 impl<A: ControllerPort, B: ControllerPort<Error = core::convert::Infallible>> ControllerPort
     for Verified<A, B>
 {
@@ -73,24 +66,10 @@ impl<A: ControllerPort, B: ControllerPort<Error = core::convert::Infallible>> Co
         self.reference.schedule()
     }
 
-    fn set_mode(&mut self, mode: Mode, now: Tick) -> Result<(), Self::Error> {
-        let Ok(()) = self.reference.set_mode(mode, now);
-        self.tested.set_mode(mode, now).map_err(VerifyError::Port)
-    }
-
-    fn arm(&mut self) -> Result<(), Self::Error> {
-        let Ok(()) = self.reference.arm();
-        self.tested.arm().map_err(VerifyError::Port)
-    }
-
-    fn set_checkpoints(&mut self, checkpoints: &[Point<f32>]) -> Result<Answer, Self::Error> {
-        let Ok(reference) = self.reference.set_checkpoints(checkpoints);
-        Self::same(self.tested.set_checkpoints(checkpoints).map_err(VerifyError::Port)?, reference)
-    }
-
-    fn replace_checkpoint(&mut self, number: usize, checkpoint: Point<f32>) -> Result<Answer, Self::Error> {
-        let Ok(reference) = self.reference.replace_checkpoint(number, checkpoint);
-        Self::same(self.tested.replace_checkpoint(number, checkpoint).map_err(VerifyError::Port)?, reference)
+    fn order(&mut self, order: Order<'_>) -> Result<Answer, Self::Error> {
+        let Ok(reference) = self.reference.order(order);
+        let tested = self.tested.order(order).map_err(VerifyError::Port)?;
+        if tested == reference { Ok(tested) } else { Err(VerifyError::Answers { tested, reference }) }
     }
 
     fn hash(&self) -> u64 {
