@@ -36,7 +36,7 @@ const BOARDS: [Board; 2] = [
         flash: (0x0800_0000, 128 * 1024),
         ram: (0x2000_0000, 8 * 1024),
         // All that the variables leave.
-        stack_bytes: 1960,
+        stack_bytes: 2048,
     },
 ];
 

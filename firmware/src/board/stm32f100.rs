@@ -45,7 +45,7 @@ impl Board for Stm32f100 {
         Clocks { source: ClockSource::Crystal, core_hz: CORE_HZ, usart_hz: CORE_HZ, timer_hz: CORE_HZ };
     /// 50 bytes in a millisecond: readings in, outputs out, just; and 480 clocks for each byte.
     const BAUD: u32 = 500_000;
-    // A report and readings take 18,000 instructions, as many as the core has in a millisecond.
+    // With both each millisecond there is no time left for the slow tasks.
     const REPORT_MS: Tick = 8;
     const WATCHDOG: (u8, u16) = {
         let count = WATCHDOG_HZ / WATCHDOG_DIVIDER * WATCHDOG_MS / 1000;
