@@ -105,8 +105,8 @@ pub trait Board {
     /// Bits per second of the link: 10 for a byte.
     const BAUD: u32;
 
-    /// In real time the host is told what the servo does every so many milliseconds, and answers with readings: as often
-    /// as the core has time for both.
+    /// In real time the host is told what the servo does every so many milliseconds, and answers with readings: as
+    /// often as the core has time for both.
     const REPORT_MS: Tick;
 
     /// Prescaler (`IWDG_PR`) and count of the independent watchdog for [`WATCHDOG_MS`].

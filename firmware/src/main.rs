@@ -12,8 +12,8 @@
 //! | [`idle`](app::idle) | 0 | | | |
 //!
 //! Decoding and reporting share the servo's priority, so that their stack frames do not add up on the board with 8 KiB;
-//! the servo may start late by the time that one frame takes. For the same reason requests are served at the priority of
-//! avoidance, which waits for the longest of them no longer than a fifth of its period.
+//! the servo may start late by the time that one frame takes. For the same reason requests are served at the priority
+//! of avoidance, which waits for the longest of them no longer than a fifth of its period.
 //!
 //! Periods are multiples of the servo's, which hardware times, so they do not drift. Periodic tasks rest in lockstep,
 //! where [`serve`](app::serve) computes whole ticks.

@@ -200,8 +200,8 @@ fn keeps_time<S: Scalar>(board: Board, icount: &str, late_us_max: u32) {
             .map_err(|error| LinkError::Gone { reason: error.to_string() })?;
         Ok::<_, LinkError>((result, session.health()?))
     };
-    // An emulator that counts instructions is deaf for seconds on a busy machine; that says nothing about the board. One
-    // that has ended does: the firmware has found a fault.
+    // An emulator that counts instructions is deaf for seconds on a busy machine; that says nothing about the board.
+    // One that has ended does: the firmware has found a fault.
     let outcomes = (0..5).map(|_| attempt().inspect_err(|error| println!("{error}")));
     let mut conclusive = outcomes.skip_while(|outcome| {
         outcome.as_ref().is_err_and(|error| !error.to_string().contains("the emulator has ended"))

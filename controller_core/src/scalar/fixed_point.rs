@@ -53,9 +53,9 @@ const fn saturate(bits: i64) -> i32 {
 /// [`saturate`] of `wide` >> [`FRACTION_BITS`], for any `wide`, in two instructions less.
 ///
 /// Why it is right: the shifted number fits into 32 bits if and only if its bits 31 and above, bits 51 and above of
-/// `wide`, are all the same. `high >> 19` is made of bits 51 to 63 and copies of the sign; `result >> 31` is 32 copies of
-/// bit 51. So they are equal just when it fits, and `result` is then the whole of it. Otherwise the sign of `wide` says
-/// which end it is beyond.
+/// `wide`, are all the same. `high >> 19` is made of bits 51 to 63 and copies of the sign; `result >> 31` is 32 copies
+/// of bit 51. So they are equal just when it fits, and `result` is then the whole of it. Otherwise the sign of `wide`
+/// says which end it is beyond.
 #[expect(clippy::cast_possible_truncation, reason = "each half is taken by its own cast: see above")]
 const fn saturate_shifted(wide: i64) -> i32 {
     let (high, result) = ((wide >> 32) as i32, (wide >> FRACTION_BITS) as i32);
