@@ -38,14 +38,46 @@ impl Image {
     }
 }
 
-/// The functions of an image that begin a panic, by name.
-pub fn panics(path: &Path) -> Result<Vec<String>, String> {
+/// The functions of an image that begin a panic, by their names in the file, but for those allowed, which are given as
+/// paths.
+pub fn panics(path: &Path, allowed: &[String]) -> Result<Vec<String>, String> {
     let bytes = fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let file = object::File::parse(&*bytes).map_err(|error| format!("{}: {error}", path.display()))?;
     let names = file.symbols().filter_map(|symbol| symbol.name().ok().map(str::to_owned));
+    let allowed: Vec<String> = allowed.iter().map(|path| mangled(path)).collect();
     let mut found: Vec<String> =
-        names.filter(|name| name.contains("panicking") || name.contains("unwrap_failed")).collect();
+        names.filter(|name| begins_panic(name) && !allowed.iter().any(|end| name.ends_with(end))).collect();
     found.sort();
     found.dedup();
     Ok(found)
+}
+
+/// `core` has a function of its own for each way to panic, and calls it `panic…` or `…_fail…`.
+fn begins_panic(name: &str) -> bool {
+    name.contains("4core") && (name.contains("panicking") || name.contains("_fail"))
+}
+
+/// How the name of a function without parameters ends in the file: each part of its path behind its length.
+fn mangled(path: &str) -> String {
+    path.split("::").map(|part| format!("{}{part}", part.len())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{begins_panic, mangled};
+
+    #[test]
+    fn panics_are_told_by_their_names() {
+        for name in [
+            "_RNvNtCs7ldSeZOOJos_4core6option13unwrap_failed",
+            "_RNvNtCs7ldSeZOOJos_4core9panicking18panic_bounds_check",
+            "_RNvNtNtCs7ldSeZOOJos_4core5slice5index16slice_index_fail",
+        ] {
+            assert!(begins_panic(name), "{name}");
+        }
+        assert!(!begins_panic("_RNvMs_NtCs1_8firmware5panic4_fail"));
+        let panic = "_RNvNtCs7ldSeZOOJos_4core9panicking5panic";
+        assert!(panic.ends_with(&mangled("core::panicking::panic")));
+        assert!(!format!("{panic}_fmt").ends_with(&mangled("core::panicking::panic")));
+    }
 }

@@ -112,9 +112,13 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
             let aside = half_span + width;
             // The map holds places behind turned by half a turn.
             for (middle, is_behind) in [(middle, false), (wrap(middle + S::PI), true)] {
-                let near = |centre: &&Features<S>| angle_between(middle, centre.bearing).abs() <= aside;
                 deciding.clear();
-                deciding.extend(centres.iter().filter(near).copied());
+                for centre in &centres {
+                    if angle_between(middle, centre.bearing).abs() <= aside {
+                        // There is room for all of them.
+                        let _ = deciding.push(*centre);
+                    }
+                }
                 for (row, place) in map.rows(column, Eligible::Trained) {
                     if (place.distance < S::ZERO) != is_behind {
                         continue;
