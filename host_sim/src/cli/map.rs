@@ -89,7 +89,7 @@ fn extent(extent: &Extent) -> String {
         ("extent", format!("{ahead} mm ahead, {behind} mm behind")),
         ("bearings", format!("{low:.1} to {high:.1} degrees")),
     ]);
-    let mut rows = vec![["mean matrix", "c* per rad", "c* per reach"].map(String::from).to_vec()];
+    let mut rows = vec![["mean M of trained", "c* per rad", "c* per reach"].map(String::from).to_vec()];
     for (wheel, [bearing, distance]) in ["left", "right"].into_iter().zip(extent.mean_matrix) {
         rows.push(vec![wheel.to_owned(), format!("{bearing:.3}"), format!("{distance:.3}")]);
     }

@@ -193,9 +193,12 @@ mod tests {
         let (map, _) = learned::<f32>(1);
         let picture = draw_map(&map);
         let (trained, neurons) = (map.statistics().trained, map.neurons().len());
+        let dots = |attribute: &str| {
+            picture.lines().filter(|line| line.starts_with("<circle") && line.contains(attribute)).count()
+        };
         // Each kind also stands in the legend once.
-        assert_eq!(picture.matches("fill=\"#0b62b0\"").count(), trained + 1);
-        assert_eq!(picture.matches("stroke=\"#8a8a8a\" ").count(), neurons - trained + 1);
+        assert_eq!(dots("fill=\"#0b62b0\""), trained + 1);
+        assert_eq!(dots("stroke=\"#8a8a8a\""), neurons - trained + 1);
         for words in ["ahead is up", "15 × 15 neurons", "reach of a step", "0.05 m", "0.1 m", "0.15 m"] {
             assert!(picture.contains(words), "{words} is missing in {picture}");
         }
