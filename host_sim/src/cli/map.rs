@@ -127,10 +127,9 @@ fn diff(args: &MapDiffArgs) -> Result<Outcome, CliError> {
     })?;
     let same = comparison.is_same_map();
     if args.json {
-        let side = |path: &Path, map: &MapRecords| json!({ "map": path.display().to_string(), "hash": hex(map.hash()) });
         print_json(&json!({
-            "a": side(&args.a, &a),
-            "b": side(&args.b, &b),
+            "a": { "map": args.a.display().to_string(), "hash": hex(a.hash()) },
+            "b": { "map": args.b.display().to_string(), "hash": hex(b.hash()) },
             "same": same,
             "differences": comparison,
         }))?;

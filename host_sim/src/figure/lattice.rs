@@ -154,12 +154,13 @@ fn draw_links(canvas: &Canvas, map: &MapRecords, places: &[Point2<f64>]) -> Grou
     group.add(lines(untrained, UNTRAINED, 0.45)).add(lines(trained, NEURON, 0.55))
 }
 
-/// A triangle that points ahead: the file does not know the size of the body.
+/// A triangle that points ahead, larger than the knot of neurons at its middle: the file does not know the body's size.
 fn draw_robot(canvas: &Canvas) -> Polygon {
     let place = canvas.place(Point2::origin());
     let corner = |x: f64, y: f64| format!("{},{}", decimal(place.x + x), decimal(place.y + y));
-    let corners = [corner(0.0, -12.0), corner(9.0, 8.0), corner(-9.0, 8.0)].join(" ");
-    Polygon::new().set("points", corners).set("fill", START)
+    let corners = [corner(0.0, -32.0), corner(24.0, 22.0), corner(-24.0, 22.0)].join(" ");
+    let triangle = Polygon::new().set("points", corners).set("fill", START).set("fill-opacity", 0.2);
+    triangle.set("stroke", START).set("stroke-width", 1.5)
 }
 
 fn draw_neurons(canvas: &Canvas, map: &MapRecords, places: &[Point2<f64>]) -> Group {
