@@ -8,6 +8,7 @@ mod learning;
 mod link;
 mod linked;
 mod main_job;
+mod map;
 mod output;
 mod plan;
 mod progress;
@@ -50,6 +51,7 @@ fn dispatch(cli: &Cli) -> Result<Outcome, CliError> {
         None => main_job::main_job(&cli.main_job),
         Some(Command::Run(args)) => run::run(args),
         Some(Command::Train(args)) => train::train(args),
+        Some(Command::Map(args)) => map::map(args),
         Some(Command::Scenarios(args)) => scenarios::scenarios(args),
         Some(Command::Plan(args)) => plan::plan(args),
         Some(Command::Link(args)) => link::link(args),

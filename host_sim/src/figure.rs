@@ -1,11 +1,14 @@
-//! Pictures of runs as SVG: the world as the papers draw it, the checkpoints, and the paths.
+//! Pictures as SVG: of runs ([`draw_run`]) and of learned maps ([`draw_map`]).
 //!
-//! Known walls are black, unforeseen obstacles grey, and movers are drawn where they start, with their circle and
-//! sense. A single path carries the robot's outline once a second, so that speed can be read from it; a bundle of
-//! paths is drawn as thin lines.
+//! A run shows the world as the papers draw it, the checkpoints, and the paths. Known walls are black, unforeseen
+//! obstacles grey, and movers are drawn where they start, with their circle and sense. A single path carries the
+//! robot's outline once a second, so that speed can be read from it; a bundle of paths is drawn as thin lines.
 
 mod canvas;
+mod lattice;
 mod legend;
+
+pub use lattice::draw_map;
 
 use nalgebra::{Point2, Vector2};
 use svg::Document;

@@ -54,6 +54,8 @@ pub mod sweep;
 
 pub mod map_store;
 
+pub mod map_report;
+
 pub mod run_log;
 
 pub mod config_file;

@@ -7,6 +7,8 @@
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use protocol::map_file::{FORMAT_VERSION, MapHeader, NeuronRecord, Provenance, encode, encoded_bytes_max};
+use protocol::message::ScalarKind;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -196,9 +198,148 @@ fn training_is_measured_for_both_mappings_and_saved_on_request() {
 }
 
 #[test]
+fn a_map_can_be_shown_and_drawn() {
+    let folder = TempDir::new().unwrap();
+    ok(folder.path(), &["train", "--steps", "100", "--out", "my.ekm"]);
+    insta::assert_snapshot!("map_show", ok(folder.path(), &["map", "show", "my.ekm"]));
+    assert_eq!(files_in(folder.path()), ["my.ekm"]);
+    let shown = json(folder.path(), &["map", "show", "my.ekm", "--json", "--out", "my.svg"]);
+    assert_eq!(
+        (&shown["scalar"], &shown["columns"], &shown["file"]),
+        (&"f32".into(), &15.into(), &"my.svg".into())
+    );
+    assert_eq!((&shown["provenance"]["seed"], &shown["provenance"]["steps"]), (&1.into(), &100.into()));
+    assert_eq!(shown["statistics"]["neurons"], 225);
+    let text = ok(folder.path(), &["map", "show", "my.ekm", "--out", "my.svg"]);
+    assert!(text.ends_with("wrote my.svg\n"), "{text}");
+    assert_eq!(fact(&text, "map hash"), shown["hash"].as_str().unwrap());
+    let figure = std::fs::read_to_string(folder.path().join("my.svg")).unwrap();
+    assert!(figure.starts_with("<svg") && figure.trim_end().ends_with("</svg>"));
+}
+
+#[test]
+fn two_maps_can_be_compared() {
+    let folder = TempDir::new().unwrap();
+    for (seed, name) in [("1", "a.ekm"), ("1", "again.ekm"), ("2", "b.ekm")] {
+        ok(folder.path(), &["train", "--steps", "100", "--seed", seed, "--out", name]);
+    }
+    insta::assert_snapshot!("map_diff", ok(folder.path(), &["map", "diff", "a.ekm", "b.ekm"]));
+    let same = ok(folder.path(), &["map", "diff", "a.ekm", "again.ekm", "--require-same"]);
+    assert!(same.ends_with("the same map, bit for bit\n"), "{same}");
+    let required = run(folder.path(), &["map", "diff", "a.ekm", "b.ekm", "--require-same"]);
+    assert_eq!(required.status.code(), Some(1), "{}", stderr(&required));
+    assert!(stdout(&required).ends_with("FAILED: the maps differ\n"), "{}", stdout(&required));
+    let document = json(folder.path(), &["map", "diff", "a.ekm", "b.ekm", "--json"]);
+    assert_eq!((&document["same"], &document["differences"]["neurons"]), (&false.into(), &225.into()));
+    assert_eq!(document["differences"]["headers"][0]["name"], "seed");
+}
+
+#[test]
+fn a_map_can_be_exported_to_a_file_or_not() {
+    let folder = TempDir::new().unwrap();
+    ok(folder.path(), &["train", "--steps", "100", "--out", "my.ekm"]);
+    let map = std::fs::read(folder.path().join("my.ekm")).unwrap();
+    for (language, name, words) in [
+        ("rust", "map.rs", "pub const MAP: ["),
+        ("c", "map.h", "static const struct ekm_map_neuron ekm_map["),
+    ] {
+        let text = ok(folder.path(), &["map", "export", "my.ekm", "--to", language]);
+        assert!(text.contains(words), "{text}");
+        let said = ok(folder.path(), &["map", "export", "my.ekm", "--to", language, "--out", name]);
+        assert_eq!(said, format!("wrote {name}\n"));
+        assert_eq!(std::fs::read_to_string(folder.path().join(name)).unwrap(), text);
+    }
+    let over = ["map", "export", "my.ekm", "--to", "c", "--out", "./my.ekm"];
+    assert_refused(folder.path(), &over, &["./my.ekm", "overwrite the map", "another --out"]);
+    assert_eq!(std::fs::read(folder.path().join("my.ekm")).unwrap(), map);
+}
+
+/// A whole map file of this lattice, with a version of the format.
+fn map_file(format_version: u16, columns: u8, rows: u8) -> Vec<u8> {
+    let header = MapHeader {
+        format_version: FORMAT_VERSION,
+        scalar: ScalarKind::F32,
+        columns,
+        rows,
+        reach_m: 0.2,
+        speed_limit_mps: 0.1,
+        provenance: Provenance {
+            seed: 1,
+            steps: 1,
+            horizon_ms: 2000,
+            config_digest: 1,
+            core_version: "0.0.0".try_into().unwrap(),
+        },
+    };
+    let neurons = vec![NeuronRecord::default(); header.neuron_count()];
+    let mut bytes = vec![0; encoded_bytes_max(neurons.len())];
+    let length = encode(&header, &neurons, &mut bytes).unwrap().len();
+    bytes.truncate(length);
+    // The version is the first byte of the body, and the sum at the end is over all before it.
+    bytes[12] = u8::try_from(format_version).unwrap();
+    let sum = length - 4;
+    let crc = crc32(&bytes[..sum]);
+    bytes[sum..].copy_from_slice(&crc.to_le_bytes());
+    bytes
+}
+
+/// CRC-32 (ISO-HDLC), bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    let shift = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ 0xEDB8_8320 } else { crc >> 1 };
+    !bytes.iter().fold(!0, |crc, &byte| (0..8).fold(crc ^ u32::from(byte), shift))
+}
+
+#[test]
+fn what_is_no_map_is_refused_by_every_map_command_and_nothing_is_written() {
+    let folder = TempDir::new().unwrap();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    let whole = map_file(1, 15, 15);
+    let mut damaged = whole.clone();
+    damaged[200] ^= 4;
+    write("whole.ekm", &whole);
+    write("text.ekm", b"not a map at all\n");
+    write("empty.ekm", b"");
+    write("cut.ekm", &whole[..whole.len() - 1]);
+    write("longer.ekm", &[&whole[..], b"x"].concat());
+    write("damaged.ekm", &damaged);
+    write("newer.ekm", &map_file(2, 15, 15));
+    write("none.ekm", &map_file(1, 0, 15));
+    write("small.ekm", &map_file(1, 3, 2));
+    std::fs::create_dir(folder.path().join("folder.ekm")).unwrap();
+    let before = files_in(folder.path());
+    for (name, words) in [
+        ("text.ekm", &["not a map file", "not a ma", "train --out"][..]),
+        ("empty.ekm", &["has been cut: 0 bytes", "train --out"]),
+        ("cut.ekm", &["has been cut", "train --out"]),
+        ("longer.ekm", &["has been added to", "train --out"]),
+        ("damaged.ekm", &["is damaged: CRC-32", "train --out"]),
+        ("newer.ekm", &["map format 2", "format 1", "train --out"]),
+        ("none.ekm", &["0 × 15 neurons", "train --out"]),
+        ("folder.ekm", &["cannot be read", "train --out"]),
+        ("missing.ekm", &["cannot be read", "train --out missing.ekm"]),
+    ] {
+        let words = [&[name][..], words].concat();
+        assert_refused(folder.path(), &["map", "show", name, "--out", "new/a.svg"], &words);
+        assert_refused(folder.path(), &["map", "show", name, "--json"], &words);
+        assert_refused(folder.path(), &["map", "diff", "whole.ekm", name], &words);
+        assert_refused(folder.path(), &["map", "diff", name, "whole.ekm", "--require-same"], &words);
+        assert_refused(folder.path(), &["map", "export", name, "--to", "rust", "--out", "new/a.rs"], &words);
+        assert_refused(folder.path(), &["map", "export", name, "--to", "c"], &words);
+    }
+    let lattices = ["whole.ekm and small.ekm", "15 × 15", "3 × 2", "same lattice"];
+    assert_refused(folder.path(), &["map", "diff", "whole.ekm", "small.ekm"], &lattices);
+    assert_refused(folder.path(), &["map", "show", "whole.ekm", "--out", "folder.ekm"], &["it is a folder"]);
+    assert_refused(folder.path(), &["map", "export", "whole.ekm"], &["--to"]);
+    assert_eq!(files_in(folder.path()), before, "nothing was written");
+    // Another robot's map of another lattice is a map all the same.
+    let small = ok(folder.path(), &["map", "show", "small.ekm"]);
+    assert_eq!(fact(&small, "trained"), "0 of 6 neurons");
+}
+
+#[test]
 fn help_gives_examples() {
     let folder = TempDir::new().unwrap();
-    for arguments in [&["--help"][..], &["run", "--help"], &["train", "--help"]] {
+    for arguments in [&["--help"][..], &["run", "--help"], &["train", "--help"], &["map", "--help"]] {
         let text = ok(folder.path(), arguments);
         assert!(text.contains("Examples") && text.contains("\n  host_sim "), "{text}");
     }

@@ -17,11 +17,12 @@ Examples (with cargo: `cargo run --release -- run p2_fig6`):
   host_sim run p1_fig8 --runs 100               both controllers, 100 seeds, success rates
   host_sim run p2_fig6 --scalar fixed --json    fixed point instead of f32, result as JSON
   host_sim train --trials 5                     how precise is what was learned?
+  host_sim map show out/map.ekm --out map.svg   what was learned, as numbers and as a picture
   host_sim scenarios p2_fig6 --print > my.toml  copy a scenario, edit it, then: run my.toml
   host_sim config --print > config.toml         every number of the controller, for --config
 
-Exit codes: 0 ok; 1 the robot failed; 2 the request cannot be carried out, and nothing was written; 3 the board or the
-way to it failed.";
+Exit codes: 0 ok; 1 the robot or a check failed; 2 the request cannot be carried out, and nothing was written; 3 the
+board or the way to it failed.";
 
 /// Simulates a Khepera that learns to move, then finds its way with cooperative Extended Kohonen Maps.
 ///
@@ -43,6 +44,8 @@ pub enum Command {
     Run(RunArgs),
     /// Learn a map and measure how precisely it positions the robot
     Train(TrainArgs),
+    /// Show a learned map, compare two, or make source text of one for flash
+    Map(MapArgs),
     /// List the built-in scenarios, or show one
     Scenarios(ScenariosArgs),
     /// Show the planner's checkpoints for a scenario
@@ -201,6 +204,73 @@ pub struct TrainArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  host_sim map show out/map.ekm                 provenance, hash, what it spans
+  host_sim map show out/map.ekm --out map.svg   and a picture of its neurons
+  host_sim map diff a.ekm b.ekm --require-same  for scripts: 1 unless both drive alike, bit for bit
+  host_sim map export out/map.ekm --to rust --out src/map.rs
+  host_sim map export out/map.ekm --to c --out ekm_map.h
+
+Maps of any robot, scalar and lattice can be shown and exported; no configuration is needed.")]
+pub struct MapArgs {
+    #[command(subcommand)]
+    pub action: MapAction,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum MapAction {
+    /// Print what a map file says of itself, its hash and its statistics, and draw its neurons
+    Show(MapShowArgs),
+    /// Print what differs between two maps of the same lattice
+    Diff(MapDiffArgs),
+    /// Write a map as a constant for flash, with every number as it is, bit for bit
+    Export(MapExportArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct MapShowArgs {
+    /// A map, as `train --out` and the main job save it
+    #[arg(value_name = "FILE.ekm")]
+    pub file: PathBuf,
+    /// Draw the neurons in the robot's frame to this file
+    #[arg(long, value_name = "FILE.svg")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct MapDiffArgs {
+    /// The first map
+    #[arg(value_name = "A.ekm")]
+    pub a: PathBuf,
+    /// The second map
+    #[arg(value_name = "B.ekm")]
+    pub b: PathBuf,
+    /// Exit with 1 unless neurons, units and scalar are the same, bit for bit; how they were made does not count
+    #[arg(long)]
+    pub require_same: bool,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct MapExportArgs {
+    /// A map, as `train --out` and the main job save it
+    #[arg(value_name = "FILE.ekm")]
+    pub file: PathBuf,
+    /// Language of the text
+    #[arg(long, value_enum)]
+    pub to: LanguageArg,
+    /// Write to this file instead of the standard output
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
 pub struct ScenariosArgs {
     /// Show this scenario only
     pub name: Option<String>,
@@ -333,4 +403,12 @@ pub enum MappingArg {
     Indirect,
     /// One command per neuron, P1's baseline
     Direct,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum LanguageArg {
+    /// A module that needs no crate but core
+    Rust,
+    /// A header in C99
+    C,
 }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::args::ConfigArgs;
 use super::error::{CliError, Outcome};
-use super::output::{print, print_json};
+use super::output::{decimal, print, print_json};
 use super::table::table;
 
 const HEAD: &str = "\
@@ -66,9 +66,4 @@ fn document() -> Value {
         })
     };
     PARAMETERS.iter().enumerate().map(of_parameter).collect()
-}
-
-/// The number as people write it: widened to 64 bits, 0.16 would be printed as 0.1599999964237213.
-fn decimal(value: f32) -> Value {
-    value.to_string().parse().unwrap_or_default()
 }

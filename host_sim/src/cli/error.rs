@@ -17,7 +17,7 @@ use host_sim::sweep::SweepError;
 pub enum Outcome {
     /// And all is well.
     Ok,
-    /// And the robot did not do what it should: exit code 1.
+    /// And the robot, or what was required of a file, is not as it should be: exit code 1.
     RobotFailed,
 }
 

@@ -67,15 +67,21 @@ pub fn load_map<S: StoredScalar>(path: &Path, config: &Config) -> Result<HostMap
 /// A map from a file, and where it comes from.
 pub fn load_stored_map<S: StoredScalar>(path: &Path, config: &Config) -> Result<StoredMap<S>, CliError> {
     let file = path.display();
-    let bytes = std::fs::read(path).map_err(|error| {
-        CliError::Request(format!("{file}: cannot be read ({error}); `train --out {file}` makes a map"))
-    })?;
+    let bytes = read_map_file(path)?;
     let stored = map_store::from_bytes::<S>(&bytes, config)
         .map_err(|error| CliError::Request(format!("{file}: {error}")))?;
     if stored.provenance.config_digest != map_store::training_digest(config) {
         complain(&format!("note: {file} was learned with another configuration or version"));
     }
     Ok(stored)
+}
+
+/// The bytes of a map file, whatever they are.
+pub fn read_map_file(path: &Path) -> Result<Vec<u8>, CliError> {
+    let file = path.display();
+    std::fs::read(path).map_err(|error| {
+        CliError::Request(format!("{file}: cannot be read ({error}); `train --out {file}` makes a map"))
+    })
 }
 
 /// The seeds of so many runs.

@@ -35,6 +35,11 @@ pub fn hex(hash: u64) -> String {
     format!("{hash:016x}")
 }
 
+/// The number as people write it: widened to 64 bits, 0.16 would be printed as 0.1599999964237213.
+pub fn decimal(value: f32) -> Value {
+    value.to_string().parse().unwrap_or_default()
+}
+
 /// A folder that files will be written to.
 ///
 /// [`OutputFolder::open`] is for before the long work: it proves that the files can be written and leaves nothing

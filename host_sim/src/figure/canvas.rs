@@ -41,21 +41,30 @@ impl Canvas {
         let circles =
             movers.map(|mover| Bounds::of_point(mover.centre).grown(mover.orbit_radius_m + mover.radius_m));
         let everything = solids.bounds().into_iter().chain(places).chain(circles);
-        let bounds = everything.fold(start, |all, next| all.union(&next));
+        Self::showing(everything.fold(start, |all, next| all.union(&next)), legend_height)
+    }
+
+    /// A canvas that shows a part of the plane.
+    pub(super) fn showing(bounds: Bounds, legend_height: f64) -> Self {
         let scale = (WIDTH - 2.0 * MARGIN) / (bounds.high.x - bounds.low.x);
         let world_height = (bounds.high.y - bounds.low.y) * scale;
         Self { corner: Point2::new(bounds.low.x, bounds.high.y), scale, world_height, legend_height }
     }
 
-    /// An empty picture with its title.
+    /// An empty picture with the scenario's title.
     pub(super) fn document(&self, scenario: &Scenario) -> Document {
+        let under = format!("{} · scenario {}", scenario.source, scenario.name);
+        self.titled_document(&scenario.title, &under)
+    }
+
+    /// An empty picture with a title and a line under it.
+    pub(super) fn titled_document(&self, title: &str, under: &str) -> Document {
         let height = decimal(self.legend_top() + self.legend_height);
         let paper = Rectangle::new()
             .set("width", decimal(WIDTH))
             .set("height", height.clone())
             .set("fill", "#ffffff");
-        let heading = text(Point2::new(MARGIN, 27.0), 21.0, &scenario.title).set("font-weight", "bold");
-        let under = format!("{} · scenario {}", scenario.source, scenario.name);
+        let heading = text(Point2::new(MARGIN, 27.0), 21.0, title).set("font-weight", "bold");
         Document::new()
             .set("viewBox", format!("0 0 {} {height}", decimal(WIDTH)))
             .set("width", decimal(WIDTH))
@@ -63,7 +72,7 @@ impl Canvas {
             .set("font-family", "DejaVu Sans, Verdana, Helvetica, sans-serif")
             .add(paper)
             .add(heading)
-            .add(text(Point2::new(MARGIN, 46.0), 14.0, &under).set("fill", "#555555"))
+            .add(text(Point2::new(MARGIN, 46.0), 14.0, under).set("fill", "#555555"))
     }
 
     /// Where a point of the world is in the picture, whose y runs downwards.

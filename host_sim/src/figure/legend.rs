@@ -14,30 +14,35 @@ const COLUMNS: usize = 4;
 const SCALE_BAR_M: f64 = 0.1;
 const TEXT_SIZE: f64 = 13.0;
 
-enum Mark {
+pub(super) enum Mark {
     Block { colour: &'static str, opacity: f64 },
     Dot(&'static str),
+    Hollow(&'static str),
     Ring(&'static str),
-    Triangle,
+    Triangle(&'static str),
     Stroke(&'static str),
 }
 
 /// Height of the whole legend.
 pub(super) fn height(scenario: &Scenario, labels: &[&str]) -> f64 {
-    let rows = entries(scenario, labels).len().div_ceil(COLUMNS) + 1;
+    height_of(&entries(scenario, labels))
+}
+
+/// Height of a legend with these entries and a scale bar.
+pub(super) fn height_of(entries: &[(Mark, String)]) -> f64 {
+    let rows = entries.len().div_ceil(COLUMNS) + 1;
     (0..rows).fold(12.0, |height, _| height + ROW_HEIGHT)
 }
 
 /// Draws the scale bar and every mark that occurs in the picture.
-pub(super) fn draw(
-    canvas: &Canvas,
-    mut document: Document,
-    scenario: &Scenario,
-    labels: &[&str],
-) -> Document {
+pub(super) fn draw(canvas: &Canvas, document: Document, scenario: &Scenario, labels: &[&str]) -> Document {
+    let document = draw_scale_bar(canvas, document, SCALE_BAR_M, "10 cm");
+    draw_entries(canvas, document, &entries(scenario, labels))
+}
+
+/// Draws the marks with their meanings, below the scale bar.
+pub(super) fn draw_entries(canvas: &Canvas, mut document: Document, entries: &[(Mark, String)]) -> Document {
     let (left, right) = canvas.sides();
-    document = draw_scale_bar(canvas, document);
-    let entries = entries(scenario, labels);
     // Adding step by step gives the places without converting counts to floats.
     let mut place = Point2::new(left, canvas.legend_top() + ROW_HEIGHT * 1.5);
     for row in entries.chunks(COLUMNS) {
@@ -77,7 +82,7 @@ fn entries(scenario: &Scenario, labels: &[&str]) -> Vec<(Mark, String)> {
     add(Mark::Ring(START), "start");
     add(Mark::Dot(CHECKPOINT), if scenario.route.checkpoints().len() > 1 { "checkpoint" } else { "goal" });
     if !scenario.replacements.is_empty() {
-        add(Mark::Triangle, "new checkpoint");
+        add(Mark::Triangle(CHECKPOINT), "new checkpoint");
     }
     for label in labels {
         add(Mark::Stroke(colour_of(labels, label)), label);
@@ -100,10 +105,14 @@ fn draw_mark(document: Document, place: Point2<f64>, mark: &Mark) -> Document {
             let ring = dot().set("r", 7).set("fill", *colour).set("fill-opacity", 0.1);
             document.add(ring.set("stroke", *colour).set("stroke-width", 2))
         }
-        Mark::Triangle => {
+        Mark::Hollow(colour) => {
+            let hollow = dot().set("r", 5).set("fill", "#ffffff");
+            document.add(hollow.set("stroke", *colour).set("stroke-width", 1.2))
+        }
+        Mark::Triangle(colour) => {
             let corner = |x: f64, y: f64| format!("{},{}", decimal(middle.x + x), decimal(middle.y + y));
             let corners = [corner(0.0, -7.0), corner(6.5, 5.0), corner(-6.5, 5.0)].join(" ");
-            document.add(Polygon::new().set("points", corners).set("fill", CHECKPOINT))
+            document.add(Polygon::new().set("points", corners).set("fill", *colour))
         }
         Mark::Stroke(colour) => {
             let line = Line::new().set("x1", decimal(place.x)).set("x2", decimal(place.x + 26.0));
@@ -113,13 +122,14 @@ fn draw_mark(document: Document, place: Point2<f64>, mark: &Mark) -> Document {
     }
 }
 
-fn draw_scale_bar(canvas: &Canvas, document: Document) -> Document {
+/// Draws how long a length is, at the right end above the entries.
+pub(super) fn draw_scale_bar(canvas: &Canvas, document: Document, length_m: f64, label: &str) -> Document {
     let (_, right) = canvas.sides();
     let y = canvas.legend_top() + 4.0;
-    let left = right - canvas.length(SCALE_BAR_M);
+    let left = right - canvas.length(length_m);
     let (x0, x1, y0, y1) = (decimal(left), decimal(right), decimal(y - 5.0), decimal(y + 5.0));
     let bar = format!("M{x0} {y0}V{y1}M{x0} {0}H{x1}M{x1} {y0}V{y1}", decimal(y));
     let bar = Path::new().set("d", bar).set("stroke", "#1a1a1a").set("stroke-width", 2).set("fill", "none");
-    let label = text(Point2::new(left - 8.0, y + 4.5), TEXT_SIZE, "10 cm").set("text-anchor", "end");
+    let label = text(Point2::new(left - 8.0, y + 4.5), TEXT_SIZE, label).set("text-anchor", "end");
     document.add(bar).add(label)
 }
