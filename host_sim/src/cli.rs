@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod config;
 mod error;
+mod evaluate;
 mod learning;
 mod link;
 mod linked;
@@ -52,6 +53,7 @@ fn dispatch(cli: &Cli) -> Result<Outcome, CliError> {
         Some(Command::Run(args)) => run::run(args),
         Some(Command::Train(args)) => train::train(args),
         Some(Command::Map(args)) => map::map(args),
+        Some(Command::Evaluate(args)) => evaluate::evaluate(args),
         Some(Command::Scenarios(args)) => scenarios::scenarios(args),
         Some(Command::Plan(args)) => plan::plan(args),
         Some(Command::Link(args)) => link::link(args),

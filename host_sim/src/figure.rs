@@ -5,9 +5,11 @@
 //! robot's outline once a second, so that speed can be read from it; a bundle of paths is drawn as thin lines.
 
 mod canvas;
+mod chart;
 mod lattice;
 mod legend;
 
+pub use chart::{Axis, Series, draw_chart};
 pub use lattice::draw_map;
 
 use nalgebra::{Point2, Vector2};

@@ -44,6 +44,10 @@ pub mod training;
 
 pub mod positioning;
 
+pub mod arc;
+
+pub mod learning_curve;
+
 pub mod route_planner;
 
 pub mod mission;

@@ -103,7 +103,8 @@ fn units(config: &Config) -> (f32, f32) {
     (Scaling::<f32>::new(speed, step_s).reach_m(), speed)
 }
 
-fn lattice() -> impl Iterator<Item = NeuronIndex> {
+/// All neurons, column by column, as the file has them.
+pub(crate) fn lattice() -> impl Iterator<Item = NeuronIndex> {
     // The file counts columns and rows in a `u8` each, and `Map` asserts that they fit.
     let count = |count: usize| 0..u8::try_from(count).unwrap_or(u8::MAX);
     count(COLUMNS).flat_map(move |column| count(ROWS).map(move |row| NeuronIndex { column, row }))

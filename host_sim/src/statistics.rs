@@ -48,6 +48,36 @@ impl Rate {
     }
 }
 
+/// 97.5 % quantiles of Student's t distribution for 1 to 30 degrees of freedom.
+const T_95: [f64; 30] = [
+    12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131,
+    2.120, 2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045, 2.042,
+];
+
+/// A mean with its uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Mean {
+    /// The arithmetic mean; 0 of nothing.
+    pub mean: f64,
+    /// Half the width of Student's 95 % interval; infinite for a single value, which JSON shows as null.
+    pub half_width_95: f64,
+}
+
+impl Mean {
+    /// Of independent values.
+    pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
+        let values: Vec<f64> = values.into_iter().collect();
+        let count = values.iter().map(|_| 1.0).sum::<f64>();
+        let mean = values.iter().sum::<f64>() / count.max(1.0);
+        let Some(freedom) = values.len().checked_sub(2) else {
+            return Self { mean, half_width_95: f64::INFINITY };
+        };
+        let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+        let t = T_95.get(freedom).copied().unwrap_or(Z_95);
+        Self { mean, half_width_95: t * libm::sqrt(squares / (count - 1.0) / count) }
+    }
+}
+
 /// The value that a share `level` of the values does not exceed (nearest rank, so always one of the values); `None` of
 /// no values.
 #[must_use]
@@ -68,7 +98,7 @@ pub fn quantile(values: &[f64], level: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Rate, quantile};
+    use super::{Mean, Rate, quantile};
 
     fn assert_interval(count: u32, runs: u32, expected: (f64, f64)) {
         let (low, high) = Rate { count, runs }.wilson_95();
@@ -82,6 +112,14 @@ mod tests {
         assert_interval(10, 10, (0.722_467, 1.0));
         assert_interval(95, 100, (0.888_250, 0.978_456));
         assert_interval(0, 0, (0.0, 1.0));
+    }
+
+    #[test]
+    fn means_have_students_interval() {
+        let mean = Mean::of([1.0, 2.0, 3.0, 4.0, 5.0]);
+        // 2.776 · √2.5 / √5
+        assert!((mean.mean - 3.0).abs() < 1e-12 && (mean.half_width_95 - 1.963).abs() < 1e-3, "{mean:?}");
+        assert!(Mean::of([1.0]).half_width_95.is_infinite());
     }
 
     #[test]

@@ -181,6 +181,32 @@ fn json_is_one_document_for_every_command_that_offers_it() {
 }
 
 #[test]
+fn the_papers_positioning_experiment_is_repeated() {
+    let folder = tempfile::tempdir().unwrap();
+    let line =
+        ["evaluate", "positioning", "--trials", "2", "--steps", "300", "--every", "200", "--targets", "3"];
+    let text = ok(folder.path(), &[&line[..], &["--mapping", "indirect", "--out", "fig"]].concat());
+    for expected in ["indirect, f32", "indirect, fixed", "analytic inverse", "steps until all trials"] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    let csv = std::fs::read_to_string(folder.path().join("fig/positioning.csv")).unwrap();
+    // Two tests of two trials of two kinds.
+    assert_eq!(csv.lines().count(), 1 + 2 * 2 * 2);
+    for figure in ["p1_fig4.svg", "p1_fig5a.svg"] {
+        let svg = std::fs::read_to_string(folder.path().join("fig").join(figure)).unwrap();
+        assert!(svg.contains("indirect, fixed"), "{figure}");
+    }
+    let one = |threads| {
+        let line = [&line[..], &["--scalar", "f32", "--threads", threads, "--json"]].concat();
+        json(folder.path(), &line)
+    };
+    let document = one("1");
+    assert_eq!(document["kinds"].as_array().unwrap().len(), 2, "both mappings");
+    assert_eq!(document["kinds"][0]["trials"][1]["points"][1]["steps"], 300);
+    assert_eq!(document, one("2"), "whatever the threads");
+}
+
+#[test]
 fn training_is_measured_for_both_mappings_and_saved_on_request() {
     let folder = TempDir::new().unwrap();
     let trials = json(folder.path(), &["train", "--trials", "2", "--json"]);

@@ -5,7 +5,7 @@
 //! * **Method**: the positioning test of Fig. 4 after 2,000 training steps under noise, three trials of 50 targets in
 //!   a square of 1 m. P(ε): share of the targets approached to less than ε, with or without stopping. T(ε): steps
 //!   until then per metre of straight distance, mean over the targets. Reference: the analytic inverse arc
-//!   ([`tests::arc`]) of a robot without inertia or noise on the same targets.
+//!   ([`host_sim::arc`]) of a robot without inertia or noise on the same targets.
 //! * **Paper**: P > 0.9 down to small ε (indirect), T ≈ 9 (indirect) and ≈ 17.5 (direct) steps per metre at 25 mm.
 //! * **Ours**: `docs/numbers.md`. Direct mapping is as fast as indirect here, unlike in the paper: with the rule that
 //!   aims at far targets by half their bearing, both drive the same way across the arena and differ only near the
@@ -14,14 +14,12 @@
 //!   its targets are approached from another pose than the reference's.
 
 use controller_core::config::Config;
-use controller_core::kohonen::features::BEHIND_SHARE;
 use controller_core::kohonen::output::Output;
 use controller_core::scalar::Scalar;
+use host_sim::arc::{ArcRobot, Place};
+use host_sim::learning_curve::analytic_test;
 use host_sim::positioning::{PositioningPlan, TargetResult, summarise};
-use host_sim::random::Purpose;
-use host_sim::training::TargetSource;
 use nalgebra::Point2;
-use tests::arc::{ArcRobot, Place};
 use tests::for_each_scalar;
 use tests::learning::{Direct, Indirect, STEPS, positioning, trained};
 use tests::statistics::mean;
@@ -41,28 +39,13 @@ fn probability(results: &[TargetResult], epsilon_m: f64) -> f64 {
 
 /// T(25 mm) of the analytic inverse on the targets of all trials.
 fn analytic_steps_per_metre() -> f64 {
-    let config = Config::default();
-    let robot = ArcRobot {
-        wheel_base_m: f64::from(config.robot.wheel_base_m),
-        reach_m: f64::from(config.robot.speed_limit_mps) * f64::from(config.schedule.step_ms) / 1000.0,
-        far_share: f64::from(config.reaching.far_share),
-        behind_share: f64::from(BEHIND_SHARE),
+    let results = |seed| {
+        let plan = PositioningPlan { seed, ..PositioningPlan::default() };
+        analytic_test(&Config::default(), &plan)
     };
-    let plan = PositioningPlan::default();
-    let mut paces = Vec::new();
-    for seed in TRIALS {
-        let mut targets = TargetSource::new(seed, Purpose::TestTargets, plan.arena_m);
-        let mut place = Place { position: Point2::origin(), heading_rad: 0.0 };
-        let mut from = place.position;
-        for _ in 0..plan.targets {
-            let target = targets.next(from, plan.apart_m);
-            let approach = robot.approach(place, target, (0.025, 0.001), plan.steps_max);
-            let (steps, arrived) = approach.expect("the exact inverse gets to every target");
-            paces.push(steps / (target - from).norm());
-            (from, place) = (target, arrived);
-        }
-    }
-    mean(&paces)
+    let results: Vec<TargetResult> = TRIALS.flat_map(results).collect();
+    assert!(results.iter().all(|result| result.stopped), "the exact inverse gets to every target");
+    summarise(&results).steps_per_metre
 }
 
 fn every_target_is_reached_at_the_pace_of_the_analytic_inverse<S: Scalar>() {

@@ -8,8 +8,6 @@ pub mod budgets;
 
 pub mod learning;
 
-pub mod arc;
-
 pub mod fields;
 
 pub mod statistics;

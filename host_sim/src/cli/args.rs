@@ -18,6 +18,7 @@ Examples (with cargo: `cargo run --release -- run p2_fig6`):
   host_sim run p2_fig6 --scalar fixed --json    fixed point instead of f32, result as JSON
   host_sim train --trials 5                     how precise is what was learned?
   host_sim map show out/map.ekm --out map.svg   what was learned, as numbers and as a picture
+  host_sim evaluate positioning --out fig       and how does it become so? P1's figures
   host_sim scenarios p2_fig6 --print > my.toml  copy a scenario, edit it, then: run my.toml
   host_sim config --print > config.toml         every number of the controller, for --config
 
@@ -46,6 +47,8 @@ pub enum Command {
     Train(TrainArgs),
     /// Show a learned map, compare two, or make source text of one for flash
     Map(MapArgs),
+    /// Repeat an experiment of the papers with its figures
+    Evaluate(EvaluateArgs),
     /// List the built-in scenarios, or show one
     Scenarios(ScenariosArgs),
     /// Show the planner's checkpoints for a scenario
@@ -268,6 +271,57 @@ pub struct MapExportArgs {
     /// Write to this file instead of the standard output
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub struct EvaluateArgs {
+    #[command(subcommand)]
+    pub what: Evaluation,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Evaluation {
+    /// P1 Figs. 4 and 5: how precisely do maps position the robot while they learn?
+    Positioning(EvaluatePositioningArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct EvaluatePositioningArgs {
+    /// Trials, with consecutive seeds; P1 has 5
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub trials: u32,
+    /// Training steps of each trial; P1 has 100,000
+    #[arg(long, value_name = "N", default_value_t = 3000)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub steps: u32,
+    /// Training steps between two tests; P1 has 10,000
+    #[arg(long, value_name = "N", default_value_t = 250)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub every: u32,
+    /// Targets of a test
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub targets: u32,
+    /// First seed
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Only this arithmetic
+    #[arg(long, value_enum)]
+    pub scalar: Option<ScalarArg>,
+    /// Only this output layer
+    #[arg(long, value_enum)]
+    pub mapping: Option<MappingArg>,
+    /// Configuration of the controller, see the command `config`
+    #[arg(long, value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Threads; default: one per core
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Write the figures (SVG) and the curves (CSV) into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -1,4 +1,5 @@
-//! The inverse that the map has to learn, worked out in `f64`: the arc that ends at the target.
+//! The inverse that the map has to learn, worked out in `f64`: the arc that ends at the target. A reference, which no
+//! controller uses.
 //!
 //! A differential drive at constant wheel speeds moves on a circle. The chord to a place at bearing α and distance d
 //! belongs to an arc of length d · α / sin α on which the body turns by 2α. This robot has no inertia and no noise,
