@@ -2,7 +2,8 @@
 //!
 //! The host asks, the board answers: each [`FromHost`] but [`FromHost::Sense`] gets exactly one [`FromBoard`] with the
 //! sequence number of its frame. Unasked, under sequence number 0, the board says [`FromBoard::Hello`] when it has
-//! started, and in real time [`FromBoard::Outputs`] each tick and [`FromBoard::Fault`] when the wheels were stopped.
+//! started, and in real time [`FromBoard::Outputs`], each tick or every few, and [`FromBoard::Fault`] when the wheels
+//! were stopped.
 //!
 //! Readings, which nobody answers, go under sequence number 0 too: under a number they would let the others come round
 //! sooner, to where the board takes a new request for the last one again.
