@@ -9,14 +9,14 @@
 use crate::baseline::braitenberg::{AvoidanceParameters, Wiring};
 use crate::integration::neural::NeuralParameters;
 use crate::integration::sweep::SweepParameters;
-use crate::kohonen::features::Scaling;
-use crate::kohonen::map::WinnerParameters;
-use crate::kohonen::self_organisation::{Annealing, LearningParameters};
+use crate::kohonen::features::{Chart, Scaling};
+use crate::kohonen::map::{Eligible, WinnerParameters};
+use crate::kohonen::self_organisation::{Annealing, Displacement, LearningParameters, StepRule};
 use crate::localisation::detour::DetourParameters;
 use crate::localisation::memory::MemoryParameters;
 use crate::localisation::obstacle::{FieldCentre, ObstacleFieldParameters};
 use crate::localisation::target::TargetFieldParameters;
-use crate::motor_control::{Beyond, ReachingParameters};
+use crate::motor_control::{Aim, Beyond, CommandUnit, ReachingParameters};
 use crate::planning::checkpoint::CheckpointParameters;
 use crate::reflex::ReflexParameters;
 use crate::scalar::Scalar;
@@ -73,6 +73,8 @@ pub struct RobotConfig {
     pub encoder_counts_per_m: f32,
     /// Range of the proximity sensors beyond the body; P2: 17.5 cm.
     pub sensor_range_m: f32,
+    /// Resolution of wheel speeds; 0 for continuous ones. A Khepera takes multiples of 8 mm/s.
+    pub command_unit_mps: f32,
 }
 
 /// The 1 ms servo; laws in [`crate::servo`].
@@ -152,6 +154,12 @@ pub struct LearningConfig {
     pub regularisation: f32,
     /// Shorter moves teach nothing, in features (1 = a radian, or the reach).
     pub shortest_move: f32,
+    /// How far a gradient step goes.
+    pub step: StepRule,
+    /// How a move is measured.
+    pub displacement: Displacement,
+    /// The coordinates of the map.
+    pub chart: Chart,
 }
 
 /// Target reaching: winner and motor control.
@@ -170,6 +178,13 @@ pub struct ReachingConfig {
     pub distance_weight: f32,
     /// From this share of the reach on a target is far and aimed at by half its bearing; 0 is the paper's literal form.
     pub far_share: f32,
+    /// Below this share of the reach a target is near, and turned towards on the spot before it is driven to; 0 is the
+    /// paper's literal form. Chosen wider than the millimetres at which the robot otherwise circles a target.
+    pub near_share: f32,
+    /// A near target within this bearing is driven to at once: the arc then ends within the tolerance.
+    pub near_bearing_rad: f32,
+    /// Which neurons may win in control.
+    pub eligible: Eligible,
     /// Commands beyond c*.
     pub beyond: Beyond,
     /// A checkpoint on the way is reached within this. The papers say 5 mm; 1 mm is left for dead reckoning.
@@ -299,6 +314,7 @@ impl Default for RobotConfig {
             speed_limit_mps: 0.16,
             encoder_counts_per_m: 12_000.0,
             sensor_range_m: 0.175,
+            command_unit_mps: 0.0,
         }
     }
 }
@@ -340,6 +356,9 @@ impl Default for LearningConfig {
             exploration_last: 0.12,
             regularisation: 0.02,
             shortest_move: 0.025,
+            step: StepRule::Normalised,
+            displacement: Displacement::HalfTurn,
+            chart: Chart::Signed,
         }
     }
 }
@@ -351,6 +370,9 @@ impl Default for ReachingConfig {
             bearing_weight: 1.0,
             distance_weight: 1.0,
             far_share: 0.92,
+            near_share: 0.05,
+            near_bearing_rad: 0.1,
+            eligible: Eligible::Trained,
             beyond: Beyond::NearerOnBearing,
             checkpoint_tolerance_m: 0.004,
             goal_tolerance_m: 0.001,
@@ -422,6 +444,7 @@ enum Must {
     BeWhole,
     BeListed,
     ReachSpeedLimit,
+    BeCoarse,
     BeMultipleOfPeriod,
     ExceedPeriod,
     FitFixedPoint,
@@ -456,6 +479,7 @@ impl ConfigError {
             Must::BeWhole => "a whole number",
             Must::BeListed => "in the list of parameters",
             Must::ReachSpeedLimit => "at least robot.speed_limit_mps",
+            Must::BeCoarse => "0 (continuous) or between a thousandth of robot.speed_limit_mps and all of it",
             Must::BeMultipleOfPeriod => "a multiple of schedule.avoidance_period_ms",
             Must::ExceedPeriod => "longer than schedule.avoidance_period_ms",
             Must::FitFixedPoint => {
@@ -507,6 +531,14 @@ impl Config {
             (self.robot.speed_limit_mps, f32::MAX),
             Must::ReachSpeedLimit,
         )?;
+        if self.robot.command_unit_mps != 0.0 {
+            within(
+                const { number_of("robot.command_unit_mps") },
+                self.robot.command_unit_mps,
+                (self.robot.speed_limit_mps / 1000.0, self.robot.speed_limit_mps),
+                Must::BeCoarse,
+            )?;
+        }
         let period = self.schedule.avoidance_period_ms;
         // A field renewed between two scans would be integrated with one of another moment.
         let multiple = |number, value: u16| {
@@ -547,6 +579,7 @@ impl Config {
             wiring: self.wiring(),
             avoidance: self.avoidance_parameters(),
             target_share: S::from_f32(self.fusion.target_share),
+            command_unit: self.command_unit(),
         })
     }
 
@@ -576,6 +609,7 @@ impl Config {
             wiring,
             avoidance,
             target_share,
+            command_unit,
         } = parameters;
         *architecture = self.architecture;
         *reflex = self.reflex_parameters();
@@ -591,6 +625,7 @@ impl Config {
         *wiring = self.wiring();
         *avoidance = self.avoidance_parameters();
         *target_share = S::from_f32(self.fusion.target_share);
+        *command_unit = self.command_unit();
         Ok(())
     }
 
@@ -607,6 +642,31 @@ impl Config {
             });
         }
         Ok(())
+    }
+
+    fn command_unit<S: Scalar>(&self) -> Option<CommandUnit<S>> {
+        let unit_mps = self.robot.command_unit_mps;
+        (unit_mps > 0.0).then(|| CommandUnit::new(unit_mps))
+    }
+
+    /// The bearing within which a near target is driven to at once: `reaching.near_bearing_rad`, or what half a unit of
+    /// speed turns the robot by. Nothing is left of a smaller turn, and the robot would stand aside of its target for
+    /// ever.
+    #[must_use]
+    pub fn near_bearing_rad(&self) -> f32 {
+        let step_s = f32::from(self.schedule.step_ms) / 1000.0;
+        let least_turn_rad = self.robot.command_unit_mps * step_s / self.robot.wheel_base_m;
+        self.reaching.near_bearing_rad.max(least_turn_rad)
+    }
+
+    /// Where the map is aimed, with the place from which on a target is far.
+    fn aim<S: Scalar>(&self, far_share: f32) -> Aim<S> {
+        Aim {
+            far: positive(far_share),
+            near: S::from_f32(self.reaching.near_share),
+            near_bearing: S::from_f32(self.near_bearing_rad()),
+            chart: self.learning.chart,
+        }
     }
 
     fn scaling<S: Scalar>(&self) -> Scaling<S> {
@@ -704,7 +764,12 @@ impl Config {
             weight_rate: annealing(l.weight_rate_first, l.weight_rate_last),
             neighbourhood: annealing(l.neighbourhood_first, l.neighbourhood_last),
             exploration: annealing(l.exploration_first, l.exploration_last),
-            regularisation: S::from_f32(l.regularisation),
+            normalisation: match l.step {
+                StepRule::Normalised => Some(S::from_f32(l.regularisation)),
+                StepRule::Plain => None,
+            },
+            displacement: l.displacement,
+            chart: l.chart,
             shortest_move: S::from_f32(l.shortest_move),
         }
     }
@@ -712,12 +777,13 @@ impl Config {
     fn reaching_parameters<S: Scalar>(&self) -> ReachingParameters<S> {
         let r = &self.reaching;
         ReachingParameters {
-            far: positive(r.far_share),
+            aim: self.aim(r.far_share),
             beyond: r.beyond,
             winner: WinnerParameters {
                 bearing_tolerance: S::from_f32(r.bearing_tolerance_rad),
                 bearing_weight: S::from_f32(r.bearing_weight),
                 distance_weight: S::from_f32(r.distance_weight),
+                eligible: r.eligible,
             },
         }
     }
@@ -731,13 +797,14 @@ impl Config {
                 amplitude: S::from_f32(c.target_amplitude),
                 bearing_steepness: steepness(c.target_bearing_sigma_rad),
                 distance_steepness: steepness(c.target_distance_sigma_m / reach_m),
-                far: positive(c.cruise_share),
+                aim: self.aim(c.cruise_share),
             },
             obstacle: ObstacleFieldParameters {
                 bearing_steepness: steepness(c.obstacle_bearing_sigma_rad),
                 behind_steepness: steepness(c.obstacle_behind_sigma_m / reach_m),
                 front_steepness: steepness(c.obstacle_front_sigma_m / reach_m),
                 centre: c.obstacle_centre,
+                chart: self.learning.chart,
             },
         }
     }
@@ -798,6 +865,8 @@ pub struct Parameters<S, const SENSORS: usize> {
     pub avoidance: AvoidanceParameters<S>,
     /// β of Eq. 10.
     pub target_share: S,
+    /// The resolution of wheel speeds; `None` for continuous ones.
+    pub command_unit: Option<CommandUnit<S>>,
 }
 
 #[cfg(test)]

@@ -10,11 +10,11 @@ use heapless::Vec;
 use crate::config::{Architecture, Parameters};
 use crate::controller::MEMORY_POINTS;
 use crate::integration::{command_fusion, neural, neural::Decision, sweep};
-use crate::kohonen::features::Command;
+use crate::kohonen::features::{Chart, Command};
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::Map;
 use crate::kohonen::output::{ControlMatrix, Output};
-use crate::kohonen::self_organisation::{displacement, train};
+use crate::kohonen::self_organisation::{Displacement, displacement, place_reached, train};
 use crate::list::first;
 use crate::localisation::detour::Detour;
 use crate::localisation::memory::ObstacleMemory;
@@ -285,10 +285,20 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         if let Some(step) = self.step.take() {
             let counts = latched.turn_counts.wrapping_sub(step.turn_counts);
             let turned = S::from_i32(counts) / p.reflex.odometry.counts_per_radian;
-            let reached = p.scaling.features(displacement(step.start, here, turned));
+            let reached = p.scaling.features(match p.learning.displacement {
+                Displacement::HalfTurn => displacement(step.start, here, turned),
+                Displacement::Place => place_reached(step.start, here),
+            });
+            // Half a turn and a signed chord are coordinates of the signed chart already.
+            let reached = match p.learning.chart {
+                Chart::Signed if p.learning.displacement == Displacement::HalfTurn => reached,
+                chart => chart.coordinates(reached.unfolded()),
+            };
             let winner = &p.reaching.winner;
             train(&mut self.map, &p.learning, winner, self.trained_steps, reached, step.command);
             self.trained_steps = self.trained_steps.saturating_add(1);
+        } else if !self.map.is_trained() {
+            self.map.spread(p.learning.chart);
         }
         let wished = latched
             .target
@@ -299,8 +309,11 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         let command =
             Command { left: wished.left + draw(exploration[0]), right: wished.right + draw(exploration[1]) }
                 .saturated();
+        let speeds = speeds(p, command);
+        // The map learns what was carried out.
+        let command = if p.command_unit.is_some() { p.scaling.command(speeds) } else { command };
         self.step = Some(TrainingStep { start: here, turn_counts: latched.turn_counts, command });
-        speeds(p, command)
+        speeds
     }
 
     /// The map.
@@ -349,5 +362,6 @@ fn speeds<S: Scalar, const SENSORS: usize>(
     p: &Parameters<S, SENSORS>,
     command: Command<S>,
 ) -> WheelSpeeds<S> {
-    p.scaling.speeds(command).saturated(p.speed_limit_mps)
+    let speeds = p.scaling.speeds(command).saturated(p.speed_limit_mps);
+    p.command_unit.map_or(speeds, |unit| unit.rounded(speeds))
 }

@@ -76,6 +76,10 @@ pub trait Scalar:
     /// Reads a stored weight.
     fn from_weight(weight: Self::Weight) -> Self;
 
+    /// The nearest whole number; halves away from zero.
+    #[must_use]
+    fn round(self) -> Self;
+
     /// Square root; negative arguments give zero. Relative error ≤ 6e-8 (`f32`), absolute ≤ 1e-6 (fixed).
     fn sqrt(self) -> Self;
 

@@ -1,4 +1,6 @@
 //! The controller's configuration as a TOML file: any number that is not in the file keeps its default.
+//!
+//! Some files are built in, and go by their names: `configs/*.toml` of this crate.
 
 use std::path::Path;
 
@@ -6,11 +8,21 @@ use controller_core::config::{Config, ConfigError};
 
 use crate::scenario::{ScenarioError, toml_document};
 
+/// The configurations that are part of the program: name and text.
+pub const BUILTIN: [(&str, &str); 3] = [
+    ("precise", include_str!("../configs/precise.toml")),
+    ("paper", include_str!("../configs/paper.toml")),
+    ("literal", include_str!("../configs/literal.toml")),
+];
+
 /// Why a file is not a configuration.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigFileError {
     /// It cannot be read.
-    #[error("{file}: cannot be read ({source}); `config --print` writes a file to begin with")]
+    #[error(
+        "{file}: cannot be read ({source}); `config` prints a file to begin with, and `precise`, `paper` and `literal` \
+         are built in"
+    )]
     Unreadable {
         /// Path as given.
         file: String,
@@ -30,12 +42,15 @@ pub enum ConfigFileError {
     },
 }
 
-/// Reads and checks a file.
+/// Reads and checks a file, or what is built in under this name.
 ///
 /// # Errors
 /// What is wrong, where, and what to do.
 pub fn load(path: &Path) -> Result<Config, ConfigFileError> {
     let file = path.display().to_string();
+    if let Some((_, text)) = BUILTIN.iter().find(|(name, _)| *name == file) {
+        return parse(&format!("{file} (built in)"), text);
+    }
     let unreadable = |source| ConfigFileError::Unreadable { file: file.clone(), source };
     let text = std::fs::read_to_string(path).map_err(unreadable)?;
     parse(&file, &text)

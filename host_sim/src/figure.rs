@@ -9,7 +9,7 @@ mod chart;
 mod lattice;
 mod legend;
 
-pub use chart::{Axis, Series, draw_chart};
+pub use chart::{Axis, Series, Style, draw_chart};
 pub use lattice::draw_map;
 
 use nalgebra::{Point2, Vector2};

@@ -5,7 +5,7 @@
 //! of this length can do at best.
 
 use controller_core::config::{Config, ConfigError};
-use controller_core::kohonen::features::{BEHIND_SHARE, Scaling};
+use controller_core::kohonen::features::{BEHIND_SHARE, Features, Scaling};
 use controller_core::kohonen::output::Output;
 use controller_core::scalar::Scalar;
 use nalgebra::Point2;
@@ -54,11 +54,38 @@ pub struct Curve {
     pub seed: u64,
     /// The tests, in order.
     pub points: Vec<CurvePoint>,
-    /// Distance of the farthest trained neuron at the end, in m (P1 Fig. 6).
-    pub farthest_m: f64,
+    /// The trained neurons at the end (P1 Fig. 6): bearing in rad, distance in m.
+    pub neurons: Vec<[f64; 2]>,
+    /// The largest element of an output at the end, in the map's units.
+    pub largest_output: f64,
 }
 
 impl Curve {
+    /// Distance of the farthest trained neuron at the end, in m.
+    #[must_use]
+    pub fn farthest_m(&self) -> f64 {
+        self.neurons.iter().map(|[_, distance_m]| *distance_m).fold(0.0, f64::max)
+    }
+
+    /// The largest mean error over the least one, of the tests from so many training steps on; 1 of fewer than two.
+    #[must_use]
+    pub fn drift(&self, from_steps: u32) -> f64 {
+        let later = self.points.iter().filter(|point| point.steps >= from_steps);
+        let (least, largest) = later.fold((f64::INFINITY, 0.0_f64), |(least, largest), point| {
+            let error_m = point.mean_error_m();
+            (error_m.min(least), error_m.max(largest))
+        });
+        if least > 0.0 { (largest / least).max(1.0) } else { 1.0 }
+    }
+
+    /// Simulated time of training and tests, in training steps.
+    #[must_use]
+    pub fn simulated_steps(&self) -> f64 {
+        let trained = self.points.last().map_or(0, |point| point.steps);
+        let tested = self.points.iter().flat_map(|point| &point.results).map(|result| result.steps);
+        f64::from(trained) + tested.sum::<f64>()
+    }
+
     /// Steps from which on the mean error stays below a limit, as far as it was tested; `None` if it does not.
     #[must_use]
     pub fn steps_until_below(&self, limit_m: f64) -> Option<u32> {
@@ -93,8 +120,13 @@ pub fn learning_curve<S: Scalar, O: Output<S>>(
         let map = training.controller().controller.map();
         points.push(CurvePoint { steps: done, results: positioning_test(config, map, &test, &PAPERS)? });
     }
-    let farthest_m = farthest(training.controller().controller.map()) * reach_m(config);
-    Ok(Curve { seed, points, farthest_m })
+    let map = training.controller().controller.map();
+    let reach_m = reach_m(config);
+    let neurons = trained(map).map(|place| {
+        let place = place.unfolded();
+        [f64::from(place.bearing.to_f32()), f64::from(place.distance.to_f32()) * reach_m]
+    });
+    Ok(Curve { seed, points, neurons: neurons.collect(), largest_output: largest_output(map) })
 }
 
 /// Longest way of one training step, in m.
@@ -103,42 +135,48 @@ fn reach_m(config: &Config) -> f64 {
     f64::from(Scaling::<f32>::new(config.robot.speed_limit_mps, step_s).reach_m())
 }
 
-/// Largest distance of a trained neuron, in units of the reach.
-fn farthest<S: Scalar, O: Output<S>>(map: &HostMap<S, O>) -> f64 {
-    let trained = lattice().filter(|&index| map.has_won(index));
-    trained.map(|index| f64::from(map.place(index).distance.to_f32())).fold(0.0, f64::max)
+/// The weights of the trained neurons.
+fn trained<S: Scalar, O: Output<S>>(map: &HostMap<S, O>) -> impl Iterator<Item = Features<S>> + '_ {
+    lattice().filter(|&index| map.has_won(index)).map(|index| map.place(index))
+}
+
+/// The largest element of any output: what it commands for a radian and for a reach.
+fn largest_output<S: Scalar, O: Output<S>>(map: &HostMap<S, O>) -> f64 {
+    let units = [(S::ONE, S::ZERO), (S::ZERO, S::ONE)];
+    let commands = lattice().flat_map(|index| {
+        let output = map.neuron(index).output;
+        units.map(|(bearing, distance)| output.command(Features { bearing, distance }))
+    });
+    let largest =
+        commands.flat_map(|command| [command.left, command.right]).map(|speed| speed.to_f32().abs());
+    f64::from(largest.fold(0.0, f32::max))
 }
 
 /// The test driven by the analytic inverse, without inertia and noise, on the targets of `plan`. Like the maps it stops
 /// as soon as it is within the configuration's tolerance of the goal.
 #[must_use]
 pub fn analytic_test(config: &Config, plan: &PositioningPlan) -> Vec<TargetResult> {
+    let step_s = f64::from(config.schedule.step_ms) / 1000.0;
     let robot = ArcRobot {
         wheel_base_m: f64::from(config.robot.wheel_base_m),
         reach_m: reach_m(config),
         far_share: f64::from(config.reaching.far_share),
         behind_share: f64::from(BEHIND_SHARE),
+        near_share: f64::from(config.reaching.near_share),
+        near_bearing_rad: f64::from(config.near_bearing_rad()),
+        unit_m: f64::from(config.robot.command_unit_mps) * step_s,
+        goal_way_m: f64::from(config.reaching.goal_speed_mps) * step_s,
     };
-    let limits = (0.025, f64::from(config.reaching.goal_tolerance_m));
+    let stop_m = f64::from(config.reaching.goal_tolerance_m);
     let mut targets = TargetSource::new(plan.seed, Purpose::TestTargets, plan.arena_m);
     let mut place = Place { position: Point2::origin(), heading_rad: 0.0 };
     let mut from = place.position;
     let mut results = Vec::new();
     for _ in 0..plan.targets {
         let target = targets.next(from, plan.apart_m);
-        let approach = robot.approach(place, target, limits, plan.steps_max);
-        if let Some((_, arrived)) = approach {
-            place = arrived;
-        }
-        let error_m = (target - place.position).norm();
-        results.push(TargetResult {
-            error_m,
-            nearest_m: error_m,
-            steps_to_25_mm: approach.map(|(steps, _)| steps),
-            distance_m: (target - from).norm(),
-            stopped: approach.is_some(),
-        });
-        from = target;
+        let (result, end) = robot.approach(place, target, stop_m, plan.steps_max);
+        results.push(TargetResult { distance_m: (target - from).norm(), ..result });
+        (from, place) = (target, end);
     }
     results
 }
@@ -146,7 +184,7 @@ pub fn analytic_test(config: &Config, plan: &PositioningPlan) -> Vec<TargetResul
 #[cfg(test)]
 mod tests {
     use super::{Curve, CurvePlan, CurvePoint, analytic_test, learning_curve};
-    use crate::positioning::{PositioningPlan, TargetResult};
+    use crate::positioning::{Approach, PositioningPlan};
     use crate::sil::Indirect;
     use crate::sweep::learn;
     use crate::training::TrainingPlan;
@@ -171,26 +209,22 @@ mod tests {
         // And it is the map that `train` makes.
         let training = TrainingPlan { steps: 50, seed: 3, ..TrainingPlan::default() };
         let map = learn::<f32, Indirect<f32>>(&config, &training, &|| ()).unwrap().map;
-        assert!((super::farthest(&map) * super::reach_m(&config) - once.farthest_m).abs() < 1e-12);
+        let farthest = super::trained(&map).map(|place| f64::from(place.distance)).fold(0.0, f64::max);
+        assert!((farthest * super::reach_m(&config) - once.farthest_m()).abs() < 1e-12);
     }
 
     #[test]
     fn an_error_counts_as_low_from_where_it_stays_low() {
         let point = |steps: u32, error_m: f64| {
-            let result = TargetResult {
-                error_m,
-                nearest_m: error_m,
-                steps_to_25_mm: None,
-                distance_m: 1.0,
-                stopped: true,
-            };
+            let result = Approach::NEW.end(error_m, 1.0, 1.0, true);
             CurvePoint { steps, results: vec![result] }
         };
         let points = vec![point(1, 0.001), point(2, 0.01), point(3, 0.002), point(4, 0.001)];
-        let curve = Curve { seed: 1, points, farthest_m: 0.0 };
+        let curve = Curve { seed: 1, points, neurons: Vec::new(), largest_output: 0.0 };
         assert_eq!(curve.steps_until_below(0.003), Some(3));
         assert_eq!(curve.steps_until_below(0.0005), None);
         assert_eq!(curve.steps_until_below(1.0), Some(1));
+        assert!((curve.drift(2) - 10.0).abs() < 1e-12 && (curve.drift(4) - 1.0).abs() < 1e-12);
     }
 
     #[test]

@@ -36,6 +36,9 @@ impl Default for PositioningPlan {
     }
 }
 
+/// The papers' ε of P(ε) and T(ε) run to the robot's radius, 25 mm; here in whole millimetres.
+pub const EPSILONS_MM: usize = 25;
+
 /// What happened at one target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TargetResult {
@@ -43,16 +46,61 @@ pub struct TargetResult {
     pub error_m: f64,
     /// Smallest distance on the way, in m.
     pub nearest_m: f64,
-    /// Steps until nearer than 25 mm, if ever.
-    pub steps_to_25_mm: Option<f64>,
+    /// Steps until nearer than 1 mm, 2 mm and so on, where it ever was; see [`TargetResult::steps_to`].
+    pub steps_to_mm: [Option<f64>; EPSILONS_MM],
+    /// Steps until it stopped or was given up.
+    pub steps: f64,
     /// Straight distance from the last target, in m.
     pub distance_m: f64,
     /// The robot stopped by itself.
     pub stopped: bool,
 }
 
+impl TargetResult {
+    /// Steps until nearer than so many millimetres, if ever; `None` also beyond [`EPSILONS_MM`].
+    #[must_use]
+    pub fn steps_to(&self, epsilon_mm: usize) -> Option<f64> {
+        self.steps_to_mm.get(epsilon_mm.checked_sub(1)?).copied().flatten()
+    }
+}
+
+/// Watches a robot come near its target.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Approach {
+    nearest_m: f64,
+    steps_to_mm: [Option<f64>; EPSILONS_MM],
+}
+
+impl Approach {
+    pub(crate) const NEW: Self = Self { nearest_m: f64::INFINITY, steps_to_mm: [None; EPSILONS_MM] };
+
+    /// The robot is at this distance after so many steps.
+    pub(crate) fn see(&mut self, distance_m: f64, steps: f64) {
+        if distance_m >= self.nearest_m {
+            return;
+        }
+        self.nearest_m = distance_m;
+        let mut epsilon_m = 0.0;
+        for first in &mut self.steps_to_mm {
+            epsilon_m += 0.001;
+            if distance_m < epsilon_m && first.is_none() {
+                *first = Some(steps);
+            }
+        }
+    }
+
+    /// The robot has ended `error_m` from its target after so many steps; it began `distance_m` from it.
+    pub(crate) fn end(self, error_m: f64, distance_m: f64, steps: f64, stopped: bool) -> TargetResult {
+        let Self { nearest_m, steps_to_mm } = self;
+        TargetResult { error_m, nearest_m: nearest_m.min(error_m), steps_to_mm, steps, distance_m, stopped }
+    }
+}
+
 /// How long the robot may roll out after its controller stopped it, in ms.
 const SETTLE_MS: u32 = 200;
+
+/// A robot whose command is 0 for longer than this has stopped, wherever it is.
+const STEPS_AT_REST: u64 = 2;
 
 /// Runs the test with the core in this process.
 ///
@@ -121,29 +169,26 @@ fn approach<C: ControllerPort>(
     let placed = simulation.controller.set_checkpoints(&[narrow_point(target)])?;
     debug_assert!(placed.is_ok(), "{placed:?}");
     let begin = simulation.tick();
-    let mut nearest_m = f64::INFINITY;
-    let mut steps_to_25_mm = None;
+    let mut way = Approach::NEW;
     let mut stopped = false;
+    let mut at_rest_ms = 0;
+    let mut steps = 0.0;
     while simulation.tick() - begin < steps_max * step_ms && !stopped {
-        stopped = simulation.step()?.reached.is_some();
-        let distance = (simulation.pose().position - target).norm();
-        nearest_m = nearest_m.min(distance);
-        if distance < 0.025 && steps_to_25_mm.is_none() {
-            steps_to_25_mm = Some(seconds(simulation.tick() - begin) / seconds(step_ms));
-        }
+        let outputs = simulation.step()?;
+        steps = seconds(simulation.tick() - begin) / seconds(step_ms);
+        way.see((simulation.pose().position - target).norm(), steps);
+        // Where speeds have units, the papers' c = 0 comes about by itself; what it comes from then stays as it is.
+        let speeds = outputs.command.value;
+        at_rest_ms = if speeds.left_mps == 0.0 && speeds.right_mps == 0.0 { at_rest_ms + 1 } else { 0 };
+        stopped = outputs.reached.is_some() || at_rest_ms > STEPS_AT_REST * step_ms;
     }
     if stopped {
         for _ in 0..SETTLE_MS {
             simulation.step()?;
         }
     }
-    Ok(TargetResult {
-        error_m: (simulation.pose().position - target).norm(),
-        nearest_m,
-        steps_to_25_mm,
-        distance_m: (target - from).norm(),
-        stopped,
-    })
+    let error_m = (simulation.pose().position - target).norm();
+    Ok(way.end(error_m, (target - from).norm(), steps, stopped))
 }
 
 /// The figures of one or several tests.
@@ -168,13 +213,19 @@ pub fn summarise(results: &[TargetResult]) -> PositioningSummary {
     let share = |holds: &dyn Fn(&TargetResult) -> bool| {
         results.iter().map(|result| if holds(result) { 1.0 } else { 0.0 }).sum::<f64>() / count
     };
-    let paces: Vec<f64> =
-        results.iter().filter_map(|result| Some(result.steps_to_25_mm? / result.distance_m)).collect();
     PositioningSummary {
         mean_error_m: results.iter().map(|result| result.error_m).sum::<f64>() / count,
         worst_error_m: results.iter().map(|result| result.error_m).fold(0.0, f64::max),
         within_1_mm: share(&|result| result.nearest_m < 0.001),
         never_stopped: share(&|result| !result.stopped),
-        steps_per_metre: paces.iter().sum::<f64>() / paces.iter().map(|_| 1.0).sum::<f64>().max(1.0),
+        steps_per_metre: steps_per_metre(results, EPSILONS_MM),
     }
+}
+
+/// T(ε) of P1 Fig. 5b: steps per metre until nearer than so many millimetres, over the targets that were; 0 of none.
+#[must_use]
+pub fn steps_per_metre(results: &[TargetResult], epsilon_mm: usize) -> f64 {
+    let pace = |result: &TargetResult| Some(result.steps_to(epsilon_mm)? / result.distance_m);
+    let paces: Vec<f64> = results.iter().filter_map(pace).collect();
+    paces.iter().sum::<f64>() / paces.iter().map(|_| 1.0).sum::<f64>().max(1.0)
 }

@@ -75,7 +75,16 @@ for_each_scalar!(every_target_is_reached_at_the_pace_of_the_analytic_inverse);
 /// The reference itself: its arc ends where it was aimed.
 #[test]
 fn the_analytic_arc_ends_at_its_target() {
-    let robot = ArcRobot { wheel_base_m: 0.053, reach_m: 0.164, far_share: 2.0, behind_share: 0.25 };
+    let robot = ArcRobot {
+        wheel_base_m: 0.053,
+        reach_m: 0.164,
+        far_share: 2.0,
+        behind_share: 0.25,
+        near_share: 0.05,
+        near_bearing_rad: 0.1,
+        unit_m: 0.0,
+        goal_way_m: 1.0,
+    };
     for (bearing, distance) in [(0.0, 0.1), (0.4, 0.12), (-0.9, 0.08), (1.5, 0.03), (3.0, 0.03), (-2.0, 0.02)]
     {
         let start = Place { position: Point2::new(0.3, -0.2), heading_rad: 2.0 };

@@ -8,6 +8,9 @@
 //! [`Config::validate`] checks those when all are set.
 
 use super::{Architecture, Config, ConfigError, Must, WiringKind, within};
+use crate::kohonen::features::Chart;
+use crate::kohonen::map::Eligible;
+use crate::kohonen::self_organisation::{Displacement, StepRule};
 use crate::localisation::obstacle::FieldCentre;
 use crate::motor_control::Beyond;
 use crate::state_hash::StateHash;
@@ -196,6 +199,10 @@ choices! {
     WiringKind { 0 "symmetric" Symmetric, 1 "asymmetric" Asymmetric }
     Beyond { 0 "nearer_on_bearing" NearerOnBearing, 1 "own_weight" OwnWeight }
     FieldCentre { 0 "sensed" Sensed, 1 "neuron" Neuron }
+    StepRule { 0 "normalised" Normalised, 1 "plain" Plain }
+    Displacement { 0 "half_turn" HalfTurn, 1 "place" Place }
+    Chart { 0 "signed" Signed, 1 "unsigned" Unsigned }
+    Eligible { 0 "trained" Trained, 1 "all" All }
 }
 
 /// Makes [`PARAMETERS`] and [`SLOTS`] of lines `field: type, "unit", low, high => "what it must be"`.
@@ -301,6 +308,14 @@ parameters! {
 
     safety.scan_age_max_ms: u16, "ms", 1.0, 60_000.0 => "between 1 and 60,000 ms";
     safety.command_age_max_ms: u16, "ms", 1.0, 60_000.0 => "between 1 and 60,000 ms";
+
+    robot.command_unit_mps: f32, "m/s", 0.0, 5.0 => "between 0 and 5 m/s";
+    reaching.near_share: f32, "1", 0.0, 1.0 => "0 (literal) or a positive share of the reach";
+    reaching.near_bearing_rad: f32, "rad", 0.0, 3.2 => "between 0 and π";
+    reaching.eligible: Eligible, "1", 0.0, 1.0 => Eligible::MUST;
+    learning.step: StepRule, "1", 0.0, 1.0 => StepRule::MUST;
+    learning.displacement: Displacement, "1", 0.0, 1.0 => Displacement::MUST;
+    learning.chart: Chart, "1", 0.0, 1.0 => Chart::MUST;
 }
 
 const _: () = assert!(PARAMETER_COUNT <= 255, "the link numbers parameters in a byte");

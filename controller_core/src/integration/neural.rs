@@ -52,6 +52,7 @@ struct Ranking<'a, S: Scalar, O, const COLUMNS: usize, const ROWS: usize> {
     parameters: &'a TargetFieldParameters<S>,
     target: &'a TargetField<S>,
     obstacles: &'a ObstacleField<S, COLUMNS, ROWS>,
+    eligible: Eligible,
     /// Of each column: the activity, and the row where it was found.
     first: [S::Weight; COLUMNS],
     row: [u8; COLUMNS],
@@ -66,9 +67,10 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Ranki
         parameters: &'a TargetFieldParameters<S>,
         target: &'a TargetField<S>,
         obstacles: &'a ObstacleField<S, COLUMNS, ROWS>,
+        eligible: Eligible,
     ) -> Self {
-        let mut ranking =
-            Self { map, parameters, target, obstacles, first: [S::WEIGHT_ZERO; COLUMNS], row: [0; COLUMNS] };
+        let (first, row) = ([S::WEIGHT_ZERO; COLUMNS], [0; COLUMNS]);
+        let mut ranking = Self { map, parameters, target, obstacles, eligible, first, row };
         for column in 0..COLUMNS {
             ranking.rank(column, None);
         }
@@ -80,7 +82,7 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Ranki
         let out = S::from_i32(OUT);
         let (mut first, mut first_row) = (out, 0);
         if let Some(inhibitions) = self.obstacles.column(column) {
-            for (row, place) in self.map.rows(column, Eligible::Trained) {
+            for (row, place) in self.map.rows(column, self.eligible) {
                 let Some(&inhibition) = inhibitions.get(row) else { break };
                 let e = self.target.activity(self.parameters, place) - S::from_weight(inhibition);
                 // As it is stored, with fewer bits.
@@ -128,7 +130,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
 ) -> Option<Decision<S>> {
     let mut best: Option<Decision<S>> = None;
     let mut count = 0_u16;
-    let mut ranking = Ranking::new(map, &parameters.target, target, obstacles);
+    let mut ranking = Ranking::new(map, &parameters.target, target, obstacles, reaching.winner.eligible);
     while let Some((index, e)) = ranking.best() {
         if best.is_some_and(|decision| decision.activity >= e) {
             break;

@@ -19,6 +19,37 @@ use crate::units::{Polar, WheelSpeeds, angle_between, wrap};
 /// ahead.
 pub const BEHIND_SHARE: f32 = 0.25;
 
+/// Which places the map has coordinates for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Chart {
+    /// Bearings within ±90° and signed distances, see the module docs.
+    #[default]
+    Signed,
+    /// Bearings of the full circle and distances from 0 on: the papers' literal form.
+    Unsigned,
+}
+
+impl Chart {
+    /// The coordinates of a place that is given with a distance ≥ 0 and a bearing of the full circle.
+    #[must_use]
+    pub fn coordinates<S: Scalar>(self, place: Features<S>) -> Features<S> {
+        match self {
+            Self::Signed => place.folded(),
+            Self::Unsigned => place,
+        }
+    }
+
+    /// Half of the bearings that the map spans (rad), and its least distance (features).
+    pub(crate) fn bounds<S: Scalar>(self) -> (S, S) {
+        match self {
+            Self::Signed => (S::PI * S::HALF, -S::from_f32(BEHIND_SHARE)),
+            Self::Unsigned => (S::PI, S::ZERO),
+        }
+    }
+}
+
 /// How far beyond ±90° a bearing still counts as ahead: far above the rounding of either scalar.
 const STRAIGHT_ASIDE_RAD: f32 = 1e-3;
 

@@ -1,6 +1,6 @@
 //! The map itself: neurons, the winner with angular priority (P1 Eq. 2–4), and the command of a winner (P1 Eq. 5).
 
-use crate::kohonen::features::{BEHIND_SHARE, Command, Features};
+use crate::kohonen::features::{Chart, Command, Features};
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::output::Output;
 use crate::scalar::Scalar;
@@ -32,15 +32,20 @@ pub struct WinnerParameters<S> {
     pub bearing_weight: S,
     /// `γ_d` of Eq. 3.
     pub distance_weight: S,
+    /// Which neurons may win in control; in training all may.
+    pub eligible: Eligible,
 }
 
 /// Which neurons may win.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Eligible {
+    /// Those that have won in training at least once: the others' outputs mean nothing yet.
+    #[default]
+    Trained,
     /// All: in training, so that every neuron can be drawn to a place.
     All,
-    /// Those that have won in training at least once: the others' outputs mean nothing yet.
-    Trained,
 }
 
 /// The least and the largest bearing of the eligible neurons of each column.
@@ -112,29 +117,34 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
         }
         Self {
             neurons: core::array::from_fn(|column| {
-                core::array::from_fn(|row| Self::regular_neuron(column, row))
+                core::array::from_fn(|row| Self::regular_neuron(Chart::Signed, column, row))
             }),
             won: [0; COLUMNS],
         }
     }
 
-    fn regular_neuron(column: usize, row: usize) -> Neuron<S::Weight, O> {
+    fn regular_neuron(chart: Chart, column: usize, row: usize) -> Neuron<S::Weight, O> {
         let position = |i: usize, count: usize| {
             S::from_i32(i32::try_from(i).unwrap_or(0)) / S::from_i32(i32::try_from(count - 1).unwrap_or(1))
         };
-        let behind = S::from_f32(BEHIND_SHARE);
+        let (bearing, least) = chart.bounds::<S>();
         Neuron {
-            bearing: ((position(column, COLUMNS) - S::HALF) * S::PI).to_weight(),
-            distance: (position(row, ROWS) * (S::ONE + behind) - behind).to_weight(),
+            bearing: ((position(column, COLUMNS) - S::HALF) * (bearing + bearing)).to_weight(),
+            distance: (position(row, ROWS) * (S::ONE - least) + least).to_weight(),
             output: O::default(),
         }
     }
 
     /// Forgets everything learned, in place.
     pub fn reset(&mut self) {
+        self.spread(Chart::Signed);
+    }
+
+    /// As [`Map::reset`], with the weights at regularly spaced places of another chart.
+    pub fn spread(&mut self, chart: Chart) {
         for (column, neurons) in self.neurons.iter_mut().enumerate() {
             for (row, neuron) in neurons.iter_mut().enumerate() {
-                *neuron = Self::regular_neuron(column, row);
+                *neuron = Self::regular_neuron(chart, column, row);
             }
         }
         self.won = [0; COLUMNS];
@@ -357,6 +367,7 @@ mod tests {
             bearing_tolerance: S::from_f32(0.1),
             bearing_weight: S::ONE,
             distance_weight: S::ONE,
+            eligible: Eligible::Trained,
         }
     }
 

@@ -23,9 +23,9 @@ pub trait Output<S: Scalar>: Copy + Debug + Default + PartialEq + Send + Sync + 
     /// `None` where the bearing alone already asks for more than c*.
     fn feasible_distance(&self, place: Features<S>) -> Option<S>;
 
-    /// One gradient step towards `executed` at the place really reached; `rate` is η·G in 0..=1 and
-    /// `regularisation` the ε of the normalised step.
-    fn learn(&mut self, reached: Features<S>, executed: Command<S>, rate: S, regularisation: S);
+    /// One gradient step towards `executed` at the place really reached; `rate` is η·G in 0..=1, and `normalisation`
+    /// the ε of the normalised step, or `None` for the plain gradient.
+    fn learn(&mut self, reached: Features<S>, executed: Command<S>, rate: S, normalisation: Option<S>);
 
     /// Adds the stored numbers to a hash.
     fn hash_into(&self, hash: &mut StateHash);
@@ -76,11 +76,13 @@ impl<S: Scalar> Output<S> for ControlMatrix<S::Weight> {
         Some(largest_within_unit(turn.right, S::from_weight(self.right[1]), left))
     }
 
-    fn learn(&mut self, v: Features<S>, executed: Command<S>, rate: S, regularisation: S) {
+    fn learn(&mut self, v: Features<S>, executed: Command<S>, rate: S, normalisation: Option<S>) {
         // P1 Eq. 8, divided by |v|² + ε (normalised LMS): the plain gradient diverges for far and starves for near
         // moves with the same η (prototype: 154 mm against 2 mm).
-        let power = v.bearing * v.bearing + v.distance * v.distance + regularisation;
-        let gain = rate / power;
+        let gain = match normalisation {
+            Some(epsilon) => rate / (v.bearing * v.bearing + v.distance * v.distance + epsilon),
+            None => rate,
+        };
         let update = |row: &mut [S::Weight; 2], error: S| {
             let step = gain * error;
             row[0] = (S::from_weight(row[0]) + step * v.bearing).to_weight();
@@ -119,7 +121,7 @@ impl<S: Scalar> Output<S> for MotorVector<S::Weight> {
         Output::<S>::command(self, u).is_realisable().then_some(u.distance)
     }
 
-    fn learn(&mut self, _: Features<S>, executed: Command<S>, rate: S, _: S) {
+    fn learn(&mut self, _: Features<S>, executed: Command<S>, rate: S, _: Option<S>) {
         let update = |stored: &mut S::Weight, target: S| {
             let old = S::from_weight(*stored);
             *stored = (old + rate * (target - old)).to_weight();
@@ -152,8 +154,8 @@ mod tests {
         for _ in 0..200 {
             for (bearing, distance) in places {
                 let u = Features { bearing: s(bearing), distance: s(distance) };
-                Output::<S>::learn(&mut matrix, u, teacher(u), s(0.5), s(0.02));
-                Output::<S>::learn(&mut vector, u, teacher(u), s(0.5), s(0.02));
+                Output::<S>::learn(&mut matrix, u, teacher(u), s(0.5), Some(s(0.02)));
+                Output::<S>::learn(&mut vector, u, teacher(u), s(0.5), Some(s(0.02)));
             }
         }
         let u = Features { bearing: s(0.4), distance: s(0.7) };

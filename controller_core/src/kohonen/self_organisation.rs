@@ -6,22 +6,46 @@
 //!
 //! # Open in the papers, and what we chose
 //!
-//! * **v**: `(half of the heading change, signed chord)`. On a circular arc the chord points along half of the
-//!   heading change, so this *is* the egocentric place that was reached, but it stays defined for a turn on the spot,
-//!   where the direction of a chord of a millimetre is noise.
+//! * **v** ([`Displacement`]): `(half of the heading change, signed chord)`. On a circular arc the chord points along
+//!   half of the heading change, so this *is* the egocentric place that was reached, but it stays defined for a turn on
+//!   the spot, where the direction of a chord of a millimetre is noise.
 //! * **Which moves train**: those that turn by at most half a turn and end no farther behind the robot than the map
 //!   reaches (see [`crate::kohonen::features`]), and are no longer than a step can be. The inverse is two-valued
 //!   beyond that: the same place is reached by another arc backwards, and one map cannot hold both.
 //! * **Schedules**: η, the rate of the weights and the width of G fall exponentially over the first
 //!   `annealing_steps`, then stay: online learning goes on for ever.
-//! * **Normalised step**, see [`crate::kohonen::output`].
+//! * **Normalised step** ([`StepRule`]), see [`crate::kohonen::output`].
 
-use crate::kohonen::features::{BEHIND_SHARE, Command, Features};
+use crate::kohonen::features::{Chart, Command, Features};
 use crate::kohonen::lattice::{Neighbourhood, NeuronIndex};
 use crate::kohonen::map::{Eligible, Map, WinnerParameters};
 use crate::kohonen::output::Output;
 use crate::scalar::Scalar;
-use crate::units::{Polar, Pose};
+use crate::units::{Point, Polar, Pose};
+
+/// What a move taught: how the displacement v of Eq. 6–8 is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Displacement {
+    /// Half of the heading change and the signed chord.
+    #[default]
+    HalfTurn,
+    /// Bearing and distance of the place reached, seen from the start: the papers' literal form.
+    Place,
+}
+
+/// How far a gradient step of Eq. 8 goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(rename_all = "snake_case"))]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum StepRule {
+    /// The gradient divided by |v|² + ε.
+    #[default]
+    Normalised,
+    /// The plain gradient: the papers' literal form.
+    Plain,
+}
 
 /// A quantity that falls exponentially from a first to a last value over a number of steps and then stays.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,13 +106,23 @@ pub struct LearningParameters<S> {
     pub neighbourhood: Annealing<S>,
     /// Amplitude of the random part of a command, in units of c*.
     pub exploration: Annealing<S>,
-    /// ε of the normalised step.
-    pub regularisation: S,
+    /// ε of the normalised step; `None` for the plain gradient.
+    pub normalisation: Option<S>,
+    /// How a move is measured.
+    pub displacement: Displacement,
+    /// The coordinates of the map.
+    pub chart: Chart,
     /// Moves with a smaller |v| (features) teach nothing but encoder noise.
     pub shortest_move: S,
 }
 
-/// The displacement `v` between two poses, given the heading change without wrapping.
+/// The place that was reached, seen from the pose where the move began: [`Displacement::Place`].
+#[must_use]
+pub fn place_reached<S: Scalar>(start: Pose<S>, end: Pose<S>) -> Polar<S> {
+    start.see(Point { x_m: end.x_m, y_m: end.y_m })
+}
+
+/// The displacement `v` between two poses, given the heading change without wrapping: [`Displacement::HalfTurn`].
 ///
 /// The encoders count whole turns where a pose cannot; the poses refine what the encoders drifted.
 #[must_use]
@@ -108,9 +142,9 @@ const LONGEST_MOVE: f32 = 1.5;
 
 /// Whether a displacement may train the map, see the module docs.
 fn teaches<S: Scalar>(parameters: &LearningParameters<S>, reached: Features<S>) -> bool {
-    let quarter_turn = S::PI * S::HALF;
-    reached.bearing.abs() <= quarter_turn
-        && reached.distance >= -S::from_f32(BEHIND_SHARE)
+    let (bearing, least) = parameters.chart.bounds::<S>();
+    reached.bearing.abs() <= bearing
+        && reached.distance >= least
         && reached.distance <= S::from_f32(LONGEST_MOVE)
         && S::hypot(reached.bearing, reached.distance) >= parameters.shortest_move
 }
@@ -152,7 +186,7 @@ pub fn train<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
             neuron.bearing = (bearing + pull * (reached.bearing - bearing)).to_weight();
             neuron.distance = (distance + pull * (reached.distance - distance)).to_weight();
             // ΔM = η G (c − M v) vᵀ, Eq. 8.
-            neuron.output.learn(reached, executed, output_rate * gain, parameters.regularisation);
+            neuron.output.learn(reached, executed, output_rate * gain, parameters.normalisation);
         }
     }
     Some(k)

@@ -49,6 +49,7 @@ fn the_winner_is_the_nearest_of_the_closest_bearings<S: Scalar>(
         bearing_tolerance: S::from_f32(0.1),
         bearing_weight: S::from_f32(1.5),
         distance_weight: S::from_f32(0.75),
+        eligible: Eligible::Trained,
     };
     // A whole turn more or less is the same place.
     let turned = place.0 + f32::from(turns) * core::f32::consts::TAU;
@@ -83,7 +84,7 @@ fn learning_reduces_the_error<S: Scalar>(first: [f32; 4], at: (f32, f32), execut
     let left_over = 1.0 - f64::from(rate) * power / (power + regularisation);
     let mut matrix = ControlMatrix { left: [a, b], right: [c, d] };
     let before = error(Output::<S>::command(&matrix, v));
-    matrix.learn(v, executed, S::from_f32(rate), S::from_f32(narrow(regularisation)));
+    matrix.learn(v, executed, S::from_f32(rate), Some(S::from_f32(narrow(regularisation))));
     let after = error(Output::<S>::command(&matrix, v));
     // Two weights, each rounded to 2⁻¹³ in storage, times a |v| below 2.2.
     let tolerance = 8e-4;
@@ -92,7 +93,7 @@ fn learning_reduces_the_error<S: Scalar>(first: [f32; 4], at: (f32, f32), execut
     }
     let mut vector = MotorVector { left: a, right: b };
     let before = error(Output::<S>::command(&vector, v));
-    vector.learn(v, executed, S::from_f32(rate), S::ZERO);
+    vector.learn(v, executed, S::from_f32(rate), None);
     for (before, after) in before.iter().zip(error(Output::<S>::command(&vector, v))) {
         assert!((after - (1.0 - f64::from(rate)) * before).abs() < tolerance, "{before} became {after}");
     }

@@ -11,9 +11,9 @@
 
 use heapless::Vec;
 
-use crate::kohonen::features::{Features, Scaling};
+use crate::kohonen::features::{Chart, Features, Scaling};
 use crate::kohonen::lattice::NeuronIndex;
-use crate::kohonen::map::{Eligible, Map, WinnerParameters};
+use crate::kohonen::map::{Map, WinnerParameters};
 use crate::kohonen::output::Output;
 use crate::list::first;
 use crate::scalar::Scalar;
@@ -42,6 +42,8 @@ pub struct ObstacleFieldParameters<S> {
     pub front_steepness: S,
     /// Where the field is centred.
     pub centre: FieldCentre,
+    /// The coordinates of the map.
+    pub chart: Chart,
 }
 
 /// exp(−16) is a ten-millionth: a field that weak decides nothing, so its exponential is not computed.
@@ -90,14 +92,14 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
         scaling: &Scaling<S>,
         detections: &Vec<Polar<S>, SENSORS>,
     ) {
-        let spans = map.spans(Eligible::Trained);
+        let spans = map.spans(winner.eligible);
         let centre = |obstacle: &Polar<S>| {
             let sensed = scaling.features(*obstacle);
             match p.centre {
                 FieldCentre::Sensed => sensed,
-                // The map knows places behind the robot only in its own chart; the field is of the full circle.
+                // The map knows places only in its own chart; the field is of the full circle.
                 FieldCentre::Neuron => map
-                    .winner_among(&spans, winner, sensed.folded())
+                    .winner_among(&spans, winner, p.chart.coordinates(sensed))
                     .map_or(sensed, |index| map.place(index).unfolded()),
             }
         };
@@ -119,7 +121,7 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
                         let _ = deciding.push(*centre);
                     }
                 }
-                for (row, place) in map.rows(column, Eligible::Trained) {
+                for (row, place) in map.rows(column, winner.eligible) {
                     if (place.distance < S::ZERO) != is_behind {
                         continue;
                     }
@@ -154,6 +156,7 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
 #[cfg(test)]
 mod tests {
     use super::{FieldCentre, ObstacleFieldParameters, activity};
+    use crate::kohonen::features::Chart;
     use crate::kohonen::features::Features;
     use crate::scalar::{Fixed, Scalar};
 
@@ -164,6 +167,7 @@ mod tests {
             behind_steepness: s(0.03),
             front_steepness: s(8.0),
             centre: FieldCentre::Sensed,
+            chart: Chart::Signed,
         };
         let at = |bearing, distance| Features { bearing: s(bearing), distance: s(distance) };
         let obstacle = at(0.3, 0.5);

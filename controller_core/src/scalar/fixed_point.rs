@@ -238,6 +238,10 @@ impl Scalar for Fixed {
         Self(I12F20::from_num(weight.0))
     }
 
+    fn round(self) -> Self {
+        Self(self.0.saturating_round())
+    }
+
     fn sqrt(self) -> Self {
         match u64::try_from(self.raw()) {
             Ok(bits) => root(bits << FRACTION_BITS),

@@ -77,6 +77,10 @@ impl Scalar for f32 {
         weight
     }
 
+    fn round(self) -> Self {
+        libm::roundf(self)
+    }
+
     fn sqrt(self) -> Self {
         if self > 0.0 { libm::sqrtf(self) } else { 0.0 }
     }

@@ -74,8 +74,8 @@ pub struct LearningArgs {
     /// Seed of everything that is drawn: exploration, targets, start, noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Configuration of the controller, see the command `config`
-    #[arg(long, value_name = "FILE.toml")]
+    /// Configuration of the controller, see the command `config`; `precise`, `paper` and `literal` are built in
+    #[arg(long, value_name = "NAME|FILE.toml")]
     pub config: Option<PathBuf>,
 }
 
@@ -310,9 +310,12 @@ pub struct EvaluatePositioningArgs {
     /// Only this output layer
     #[arg(long, value_enum)]
     pub mapping: Option<MappingArg>,
-    /// Configuration of the controller, see the command `config`
-    #[arg(long, value_name = "FILE.toml")]
-    pub config: Option<PathBuf>,
+    /// Configuration of the controller, by file or by name: `precise`, `paper`, `literal`; may be given several times
+    #[arg(long, value_name = "NAME|FILE.toml", default_values = ["precise", "paper"])]
+    pub config: Vec<PathBuf>,
+    /// Instead: with the first configuration, undo each of what we changed in the papers' learning, one by one
+    #[arg(long, conflicts_with_all = ["json", "out"])]
+    pub ablate: bool,
     /// Threads; default: one per core
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,

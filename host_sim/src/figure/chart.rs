@@ -4,9 +4,8 @@ use core::fmt::Write;
 
 use nalgebra::Point2;
 use svg::Document;
-use svg::node::element::{Line, Path, Rectangle};
+use svg::node::element::{Circle, Line, Path, Rectangle};
 
-use super::PATHS;
 use super::canvas::{decimal, text};
 
 const WIDTH: f64 = 920.0;
@@ -17,6 +16,8 @@ const RIGHT: f64 = 190.0;
 const TOP: f64 = 64.0;
 const BOTTOM: f64 = 56.0;
 const GRID: &str = "#dddddd";
+const LINES: [&str; 8] =
+    ["#0b62b0", "#d1495b", "#00868b", "#7b4fa3", "#b8860b", "#3c7d22", "#e07b39", "#5c6b7a"];
 
 /// An axis.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,8 +39,19 @@ pub struct Series {
     pub label: String,
     /// Its points; what is beyond an axis is drawn at its end.
     pub points: Vec<(f64, f64)>,
+    /// How it is drawn.
+    pub style: Style,
+}
+
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// A line in a colour of its own.
+    Line,
     /// Dashed and grey: what others measured, or a limit.
-    pub is_reference: bool,
+    Reference,
+    /// A dot for each point, in a colour of its own.
+    Dots,
 }
 
 impl Axis {
@@ -96,16 +108,22 @@ pub fn draw_chart(title: &str, x: &Axis, y: &Axis, series: &[Series]) -> String 
     document = document.add(text(Point2::new(LEFT, TOP - 8.0), 14.0, &y.label));
     let mut row = TOP + 8.0;
     for (number, series) in series.iter().enumerate() {
-        let colour = if series.is_reference { "#777777" } else { PATHS[number % PATHS.len()] };
+        let colour = if series.style == Style::Reference { "#777777" } else { LINES[number % LINES.len()] };
         let mut d = String::new();
         for (i, &point) in series.points.iter().enumerate() {
-            let (step, at) = (if i == 0 { 'M' } else { 'L' }, place(point));
+            let at = place(point);
+            if series.style == Style::Dots {
+                let dot = Circle::new().set("cx", decimal(at.x)).set("cy", decimal(at.y)).set("r", 3);
+                document = document.add(dot.set("fill", colour));
+                continue;
+            }
+            let step = if i == 0 { 'M' } else { 'L' };
             // Writing to a string cannot fail.
             let _ = write!(d, "{step}{} {}", decimal(at.x), decimal(at.y));
         }
         let mut path =
             Path::new().set("d", d).set("fill", "none").set("stroke", colour).set("stroke-width", 2);
-        if series.is_reference {
+        if series.style == Style::Reference {
             path = path.set("stroke-dasharray", "6 4");
         }
         document = document.add(path);
@@ -113,7 +131,7 @@ pub fn draw_chart(title: &str, x: &Axis, y: &Axis, series: &[Series]) -> String 
         let from = Point2::new(WIDTH - RIGHT + 14.0, row);
         let to = from + nalgebra::Vector2::new(24.0, 0.0);
         let mut mark = line(from, to, colour).set("stroke-width", 2);
-        if series.is_reference {
+        if series.style == Style::Reference {
             mark = mark.set("stroke-dasharray", "6 4");
         }
         let name = text(to + nalgebra::Vector2::new(6.0, 4.0), 13.0, &series.label);
