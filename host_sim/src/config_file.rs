@@ -11,7 +11,7 @@ use crate::scenario::{ScenarioError, toml_document};
 /// The configurations that are part of the program: name and text.
 pub const BUILTIN: [(&str, &str); 3] = [
     ("precise", include_str!("../configs/precise.toml")),
-    ("paper", include_str!("../configs/paper.toml")),
+    ("p1", include_str!("../configs/p1.toml")),
     ("literal", include_str!("../configs/literal.toml")),
 ];
 
@@ -20,7 +20,7 @@ pub const BUILTIN: [(&str, &str); 3] = [
 pub enum ConfigFileError {
     /// It cannot be read.
     #[error(
-        "{file}: cannot be read ({source}); `config` prints a file to begin with, and `precise`, `paper` and `literal` \
+        "{file}: cannot be read ({source}); `config` prints a file to begin with, and `precise`, `p1` and `literal` \
          are built in"
     )]
     Unreadable {

@@ -76,7 +76,7 @@ fn probability(kinds: &[Kind], analytic: &[Analytic]) -> String {
     };
     let mut series = of_results(kinds, analytic, points);
     // Above it lies the paper's indirect map, near the target below it its direct one.
-    series.push(reference("paper, 0.9", vec![(0.0, 0.9), (25.0, 0.9)]));
+    series.push(reference("P1, figure: 0.9", vec![(0.0, 0.9), (25.0, 0.9)]));
     let x = linear("ε in mm", &[0.0, 5.0, 10.0, 15.0, 20.0, 25.0]);
     let y = linear("P(ε): share of the targets approached to less than ε", &[0.0, 0.25, 0.5, 0.75, 1.0]);
     draw_chart("Target reaching probability (P1 Fig. 5a)", &x, &y, &series)

@@ -23,8 +23,8 @@ pub struct Paper {
 }
 
 pub const PAPER: [Paper; 2] = [
-    Paper { name: "paper, indirect", error_m: 0.003, steps_per_metre: 9.0, extent_m: 0.16 },
-    Paper { name: "paper, direct", error_m: 0.008, steps_per_metre: 17.5, extent_m: 0.11 },
+    Paper { name: "P1, figures: indirect", error_m: 0.003, steps_per_metre: 9.0, extent_m: 0.16 },
+    Paper { name: "P1, figures: direct", error_m: 0.008, steps_per_metre: 17.5, extent_m: 0.11 },
 ];
 
 /// Distances ε at which P(ε) is printed, in m.
