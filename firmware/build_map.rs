@@ -30,7 +30,8 @@ pub fn source(file: Option<&Path>, scalar: ScalarKind) -> Result<String, String>
     table(&bytes, scalar).map_err(refused)
 }
 
-fn table(file: &[u8], scalar: ScalarKind) -> Result<String, String> {
+/// As [`source`], of the bytes of a file.
+pub fn table(file: &[u8], scalar: ScalarKind) -> Result<String, String> {
     let (header, neurons) =
         read(file).map_err(|error| format!("{error}; {} makes a map", command(scalar)))?;
     header.check_fit(scalar, &Config::default()).map_err(|misfit| {

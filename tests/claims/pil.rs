@@ -179,6 +179,7 @@ fn learns<S: Scalar>(board: Board, steps: u32, targets: u32) {
     let plan = TrainingPlan { steps, seed: SEEDS[0], ..TrainingPlan::default() };
     let expected = map_of::<S>(SEEDS[0], steps);
     let mut session = connect(board, Way::Semihosting, None);
+    assert_eq!(session.board.map_hash, None, "an image that was built without a map knows nothing");
     session.configure(&config).unwrap();
     session.forget_map().unwrap();
     let begin = Instant::now();
