@@ -1,4 +1,4 @@
-//! Chooses the board by the target, lays out its memory, and notes the build.
+//! Chooses the board by the target, lays out its memory, puts a learned map into it, and notes the build.
 //!
 //! Linker arguments stand here and not in a `.cargo/config.toml`, so that the image can be built from any directory,
 //! and so that changing them does not build `core`'s dependants anew.
@@ -6,13 +6,19 @@
 use core::error::Error;
 use std::env;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
+
+use protocol::message::ScalarKind;
+
+mod build_map;
 
 /// A board as the linker sees it.
 struct Board {
     name: &'static str,
     target: &'static str,
+    /// What its controller computes with, as `board.rs` says.
+    scalar: ScalarKind,
     /// Regions: name, origin, bytes. The register crates' interrupt vectors stand at the start of FLASH.
     flash: (u32, u32),
     ram: (u32, u32),
@@ -25,6 +31,7 @@ const BOARDS: [Board; 2] = [
     Board {
         name: "stm32f405",
         target: "thumbv7em-none-eabihf",
+        scalar: ScalarKind::F32,
         flash: (0x0800_0000, 1024 * 1024),
         // SRAM1 and SRAM2, adjacent. The core-coupled memory stays free.
         ram: (0x2000_0000, 128 * 1024),
@@ -33,6 +40,7 @@ const BOARDS: [Board; 2] = [
     Board {
         name: "stm32f100",
         target: "thumbv7m-none-eabi",
+        scalar: ScalarKind::Fixed,
         flash: (0x0800_0000, 128 * 1024),
         ram: (0x2000_0000, 8 * 1024),
         // All that the variables leave.
@@ -51,6 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rustc-cfg=board=\"{}\"", board.name);
 
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?);
+    put_map(board, &out)?;
     let ((flash, flash_bytes), (ram, ram_bytes)) = (board.flash, board.ram);
     let memory = |ram: u32, ram_bytes: u32| {
         format!(
@@ -79,6 +88,24 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Without it defmt leaves out all lines but errors.
     println!("cargo:rerun-if-env-changed=DEFMT_LOG");
     println!("cargo:rustc-env=DEFMT_LOG={}", env::var("DEFMT_LOG").unwrap_or_else(|_| "info".to_owned()));
+    Ok(())
+}
+
+/// Makes the table of the map that the variable `EKM_NAV_MAP` names; a relative path begins at the root of the
+/// repository.
+fn put_map(board: &Board, out: &Path) -> Result<(), Box<dyn Error>> {
+    println!("cargo:rerun-if-changed=build_map.rs");
+    println!("cargo:rerun-if-env-changed=EKM_NAV_MAP");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap_or(Path::new("."));
+    let file = env::var_os("EKM_NAV_MAP").filter(|name| !name.is_empty()).map(|name| root.join(name));
+    if let Some(file) = &file {
+        println!("cargo:rerun-if-changed={}", file.display());
+    }
+    match build_map::source(file.as_deref(), board.scalar) {
+        Ok(text) => fs::write(out.join("flash_map.rs"), text)?,
+        // Cargo shows it as an error of its own, and fails.
+        Err(message) => println!("cargo::error=EKM_NAV_MAP: {message}"),
+    }
     Ok(())
 }
 

@@ -14,6 +14,7 @@ use protocol::endpoint::{self, BoardDeliberation, Identity, Session};
 use protocol::message::SENSORS;
 
 use crate::board::Real;
+use crate::flash_map::IN_FLASH;
 
 /// Its fast half.
 pub type Fast = endpoint::Fast<Real>;
@@ -21,7 +22,7 @@ pub type Fast = endpoint::Fast<Real>;
 /// Its slow half.
 pub type Slow = endpoint::Slow<Real>;
 
-/// Makes the slow half in its place, with the default parameters.
+/// Makes the slow half in its place, with the default parameters and the map in flash, if there is one.
 ///
 /// Built on the stack and then moved, it would need twice its size in RAM, which one of the boards does not have. For
 /// the same reason this and the following functions are kept apart (`inline(never)`): their stack frames would add up.
@@ -39,6 +40,9 @@ pub fn put_slow(place: &'static mut MaybeUninit<Slow>) -> Result<&'static mut Sl
     // SAFETY: these are all its fields.
     let slow = unsafe { place.assume_init_mut() };
     slow.deliberation.map_mut().0.reset();
+    if let Some(map) = IN_FLASH {
+        map.put(&mut slow.deliberation);
+    }
     Ok(slow)
 }
 

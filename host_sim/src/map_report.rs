@@ -32,7 +32,7 @@ pub enum MapReportError {
         /// The file's rows.
         rows: u8,
     },
-    /// A unit of the map's numbers that is none.
+    /// A unit of the map's numbers, or a length of the robot, that is none.
     #[error("has {name} = {found}, which must be above 0; train a new map with `train --out FILE`")]
     Unit {
         /// Which number of the header.
@@ -107,7 +107,7 @@ impl MapRecords {
         if header.neuron_count() == 0 {
             return Err(MapReportError::NoNeurons { columns: header.columns, rows: header.rows });
         }
-        for (name, found) in [("reach_m", header.reach_m), ("speed_limit_mps", header.speed_limit_mps)] {
+        for (name, found) in header.reals() {
             if found <= 0.0 {
                 return Err(MapReportError::Unit { name, found });
             }
@@ -270,7 +270,7 @@ pub(crate) mod tests {
     use crate::training::TrainingPlan;
     use controller_core::config::Config;
     use controller_core::scalar::Fixed;
-    use protocol::map_file::{self, FORMAT_VERSION, MapHeader, NeuronRecord, Provenance};
+    use protocol::map_file::{self, FORMAT_VERSION, MapHeader, NeuronRecord, Provenance, Robot};
     use protocol::message::ScalarKind;
 
     /// A map that was learned in a few steps, and the hash that the core gives it.
@@ -290,12 +290,14 @@ pub(crate) mod tests {
             rows,
             reach_m: 0.5,
             speed_limit_mps: 0.25,
+            robot: Robot { wheel_base_m: 0.125, body_radius_m: 0.0625, encoder_counts_per_m: 8192.0 },
             provenance: Provenance {
                 seed: 7,
                 steps: 2000,
                 horizon_ms: 2000,
                 config_digest: 0x0123_4567_89ab_cdef,
                 core_version: "0.1.0".try_into().unwrap(),
+                commit: "0123456789ab".try_into().unwrap(),
             },
         }
     }
@@ -365,6 +367,10 @@ pub(crate) mod tests {
         let still = MapHeader { speed_limit_mps: 0.0, ..header(1, 1) };
         let error = records(&still, &[NeuronRecord::default()]).unwrap_err();
         assert!(error.to_string().contains("speed_limit_mps = 0"), "{error}");
+        let mut baseless = header(1, 1);
+        baseless.robot.wheel_base_m = -0.1;
+        let error = records(&baseless, &[NeuronRecord::default()]).unwrap_err();
+        assert!(error.to_string().contains("wheel_base_m = -0.1, which must be above 0"), "{error}");
         let error = MapRecords::from_bytes(b"EKM-MAP\n").unwrap_err();
         assert!(error.to_string().contains("has been cut"), "{error}");
     }

@@ -4,12 +4,12 @@
 //! saved. Only indirect maps can be stored; the direct one is a baseline that nobody takes to a robot.
 
 use controller_core::config::Config;
-use controller_core::kohonen::features::Scaling;
 use controller_core::kohonen::lattice::NeuronIndex;
 use controller_core::kohonen::map::Map;
 use controller_core::scalar::{Fixed, Scalar};
 use controller_core::state_hash::StateHash;
-use protocol::map_file::{self, FORMAT_VERSION, MapFileError, MapHeader, NeuronRecord, Provenance};
+use protocol::map_file::{self, FORMAT_VERSION, MapFileError, MapHeader, NeuronRecord, Provenance, Robot};
+use protocol::map_fit::{Misfit, units};
 use protocol::message::ScalarKind;
 
 use crate::sil::{COLUMNS, HostMap, Indirect, ROWS};
@@ -34,44 +34,42 @@ pub enum MapStoreError {
     /// Not a whole map file of this version.
     #[error("{0}; train a new map with `train --out FILE`")]
     File(MapFileError),
-    /// Learned with the other scalar.
-    #[error(
-        "was learned with scalar {found}, not {expected}; use `--scalar {found}` or train a map with {expected}"
-    )]
-    Scalar {
-        /// The file's.
-        found: &'static str,
-        /// The one asked for.
-        expected: &'static str,
-    },
-    /// Another lattice.
-    #[error(
-        "has a lattice of {columns} × {rows} neurons, the controller one of {COLUMNS} × {ROWS}; train a new map"
-    )]
-    Lattice {
-        /// The file's columns.
-        columns: u8,
-        /// The file's rows.
-        rows: u8,
-    },
-    /// Another robot: the weights would mean other distances and speeds.
-    #[error(
-        "was learned with {name} = {found}, the configuration has {expected}; use the configuration it was learned \
-         with, or train a new map"
-    )]
-    Robot {
-        /// Which number.
-        name: &'static str,
-        /// The file's.
-        found: f32,
-        /// The configuration's.
-        expected: f32,
-    },
+    /// Another lattice, the other scalar, or another robot.
+    #[error("{0}; {remedy}", remedy = remedy(.0))]
+    Misfit(Misfit),
+}
+
+fn remedy(misfit: &Misfit) -> String {
+    match misfit {
+        Misfit::Lattice { .. } => String::from("train a new map"),
+        Misfit::Scalar { found, expected } => {
+            format!("use `--scalar {}` or train a map with {}", found.name(), expected.name())
+        }
+        Misfit::Robot { .. } => String::from(
+            "use the configuration it was learned with, train a new map, or drive this robot with it all the same: \
+             `--map-of-another-robot`",
+        ),
+    }
+}
+
+/// Whose maps are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LearnedOn {
+    /// Only the robot of the configuration may have learned it.
+    ThisRobot,
+    /// Any robot may: its distances, speeds and turns are then taken for this one's.
+    AnyRobot,
 }
 
 impl From<MapFileError> for MapStoreError {
     fn from(error: MapFileError) -> Self {
         Self::File(error)
+    }
+}
+
+impl From<Misfit> for MapStoreError {
+    fn from(misfit: Misfit) -> Self {
+        Self::Misfit(misfit)
     }
 }
 
@@ -82,7 +80,12 @@ pub struct StoredMap<S: Scalar> {
     pub map: HostMap<S, Indirect<S>>,
     /// How it was made.
     pub provenance: Provenance,
+    /// In what the robot that learned it is another, where any was welcome.
+    pub another_robot: Option<Misfit>,
 }
+
+/// The commit that this program was built from: see `build.rs`.
+pub const COMMIT: &str = env!("EKM_NAV_COMMIT");
 
 /// Digest of what training depends on; maps with the same digest, seed and steps are the same.
 #[must_use]
@@ -94,13 +97,6 @@ pub fn training_digest(config: &Config) -> u64 {
         hash.add_word(u32::from(byte));
     }
     hash.value()
-}
-
-/// The two units of the map's numbers: the reach and the top speed.
-fn units(config: &Config) -> (f32, f32) {
-    let speed = config.robot.speed_limit_mps;
-    let step_s = f32::from(config.schedule.step_ms) / 1000.0;
-    (Scaling::<f32>::new(speed, step_s).reach_m(), speed)
 }
 
 /// All neurons, column by column, as the file has them.
@@ -129,6 +125,7 @@ pub fn to_bytes<S: StoredScalar>(
         rows: narrow(ROWS),
         reach_m,
         speed_limit_mps,
+        robot: Robot::of(config),
         provenance: Provenance {
             seed,
             steps,
@@ -136,6 +133,7 @@ pub fn to_bytes<S: StoredScalar>(
             config_digest: training_digest(config),
             // All crates of the workspace have one version, and it is shorter than the field.
             core_version: env!("CARGO_PKG_VERSION").try_into().unwrap_or_default(),
+            commit: COMMIT.try_into().unwrap_or_default(),
         },
     };
     let records: Vec<NeuronRecord> = lattice().map(|index| NeuronRecord::of(map, index)).collect();
@@ -145,50 +143,39 @@ pub fn to_bytes<S: StoredScalar>(
     Ok(bytes)
 }
 
-/// A map from the bytes of a file, if it fits the scalar and the robot.
+/// A map from the bytes of a file, if it fits the scalar and, unless any will do, the robot.
 ///
 /// # Errors
 /// What is wrong with the file, or does not fit, and what to do.
-pub fn from_bytes<S: StoredScalar>(bytes: &[u8], config: &Config) -> Result<StoredMap<S>, MapStoreError> {
-    let header = map_file::read_header(bytes)?;
-    if (usize::from(header.columns), usize::from(header.rows)) != (COLUMNS, ROWS) {
-        return Err(MapStoreError::Lattice { columns: header.columns, rows: header.rows });
-    }
-    if header.scalar != S::KIND {
-        let found = match header.scalar {
-            ScalarKind::F32 => f32::NAME,
-            ScalarKind::Fixed => Fixed::NAME,
-        };
-        return Err(MapStoreError::Scalar { found, expected: S::NAME });
-    }
-    let (reach_m, speed_limit_mps) = units(config);
-    let fits = |name, found: f32, expected: f32| {
-        // Bit for bit: the file holds the very number, not a measurement.
-        if found.to_bits() == expected.to_bits() {
-            Ok(())
-        } else {
-            Err(MapStoreError::Robot { name, found, expected })
-        }
+pub fn from_bytes<S: StoredScalar>(
+    bytes: &[u8],
+    config: &Config,
+    learned_on: LearnedOn,
+) -> Result<StoredMap<S>, MapStoreError> {
+    let another_robot = match map_file::read_header(bytes)?.check_fit(S::KIND, config) {
+        Ok(()) => None,
+        Err(misfit @ Misfit::Robot { .. }) if learned_on == LearnedOn::AnyRobot => Some(misfit),
+        Err(misfit) => return Err(misfit.into()),
     };
-    fits("robot.speed_limit_mps", header.speed_limit_mps, speed_limit_mps)?;
-    fits("the reach of a step in m", header.reach_m, reach_m)?;
     let mut records = vec![NeuronRecord::default(); COLUMNS * ROWS];
     let header = map_file::decode(bytes, &mut records)?;
     let mut map: HostMap<S, Indirect<S>> = Map::regular();
     for (index, record) in lattice().zip(&records) {
         record.put(&mut map, index);
     }
-    Ok(StoredMap { map, provenance: header.provenance })
+    Ok(StoredMap { map, provenance: header.provenance, another_robot })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{MapStoreError, StoredScalar, from_bytes, to_bytes};
+    use super::{LearnedOn, MapStoreError, StoredScalar, from_bytes, to_bytes};
     use crate::sil::Indirect;
     use crate::sweep::learn;
     use crate::training::TrainingPlan;
     use controller_core::config::Config;
     use controller_core::scalar::Fixed;
+    use protocol::map_fit::Misfit;
+    use protocol::message::ScalarKind;
 
     fn trained<S: StoredScalar>() -> (crate::sil::HostMap<S, Indirect<S>>, Vec<u8>) {
         let config = Config::default();
@@ -201,7 +188,7 @@ mod tests {
     fn check<S: StoredScalar>() {
         let (map, bytes) = trained::<S>();
         assert!(map.trained_count() > 0);
-        let stored = from_bytes::<S>(&bytes, &Config::default()).unwrap();
+        let stored = from_bytes::<S>(&bytes, &Config::default(), LearnedOn::ThisRobot).unwrap();
         assert_eq!(stored.map, map);
         assert_eq!((stored.provenance.seed, stored.provenance.steps), (1, 20));
     }
@@ -216,13 +203,33 @@ mod tests {
     fn what_does_not_fit_is_refused_with_its_name() {
         let (_, bytes) = trained::<f32>();
         let config = Config::default();
-        let scalar = from_bytes::<Fixed>(&bytes, &config).unwrap_err();
-        assert_eq!(scalar, MapStoreError::Scalar { found: "f32", expected: "fixed" });
+        let load = |bytes: &[u8], config: &Config| from_bytes::<f32>(bytes, config, LearnedOn::ThisRobot);
+        let scalar = from_bytes::<Fixed>(&bytes, &config, LearnedOn::AnyRobot).unwrap_err();
+        let expected = Misfit::Scalar { found: ScalarKind::F32, expected: ScalarKind::Fixed };
+        assert_eq!(scalar, MapStoreError::Misfit(expected));
+        assert!(scalar.to_string().ends_with("use `--scalar f32` or train a map with fixed"), "{scalar}");
         let mut faster = Config::default();
         faster.robot.speed_limit_mps = 0.2;
-        let error = from_bytes::<f32>(&bytes, &faster).unwrap_err();
+        let error = load(&bytes, &faster).unwrap_err();
         assert!(error.to_string().contains("robot.speed_limit_mps = 0.16"), "{error}");
-        let cut = from_bytes::<f32>(&bytes[..100], &config).unwrap_err();
+        let cut = load(&bytes[..100], &config).unwrap_err();
         assert!(matches!(cut, MapStoreError::File(_)), "{cut}");
+    }
+
+    #[test]
+    fn a_map_of_another_robot_is_loaded_where_that_is_meant() {
+        let (map, bytes) = trained::<f32>();
+        let mut wider = Config::default();
+        wider.robot.wheel_base_m = 0.06;
+        let refused = from_bytes::<f32>(&bytes, &wider, LearnedOn::ThisRobot).unwrap_err();
+        let text = refused.to_string();
+        for word in ["robot.wheel_base_m = 0.053", "has 0.06", "`--map-of-another-robot`"] {
+            assert!(text.contains(word), "{text}");
+        }
+        let stored = from_bytes::<f32>(&bytes, &wider, LearnedOn::AnyRobot).unwrap();
+        assert_eq!(stored.map, map);
+        assert_eq!(stored.another_robot.map(MapStoreError::Misfit), Some(refused));
+        let own = from_bytes::<f32>(&bytes, &Config::default(), LearnedOn::AnyRobot).unwrap();
+        assert_eq!(own.another_robot, None);
     }
 }

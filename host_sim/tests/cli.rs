@@ -7,7 +7,9 @@
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use protocol::map_file::{FORMAT_VERSION, MapHeader, NeuronRecord, Provenance, encode, encoded_bytes_max};
+use protocol::map_file::{
+    FORMAT_VERSION, MapHeader, NeuronRecord, Provenance, Robot, encode, encoded_bytes_max,
+};
 use protocol::message::ScalarKind;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -227,13 +229,21 @@ fn training_is_measured_for_both_mappings_and_saved_on_request() {
 fn a_map_can_be_shown_and_drawn() {
     let folder = TempDir::new().unwrap();
     ok(folder.path(), &["train", "--steps", "100", "--out", "my.ekm"]);
-    insta::assert_snapshot!("map_show", ok(folder.path(), &["map", "show", "my.ekm"]));
+    let text = ok(folder.path(), &["map", "show", "my.ekm"]);
+    // An optimised program knows its commit.
+    let by = fact(&text, "by ");
+    insta::assert_snapshot!("map_show", text.replace(&by, "core 0.1.0, commit unknown"));
     assert_eq!(files_in(folder.path()), ["my.ekm"]);
     let shown = json(folder.path(), &["map", "show", "my.ekm", "--json", "--out", "my.svg"]);
     assert_eq!(
         (&shown["scalar"], &shown["columns"], &shown["file"]),
         (&"f32".into(), &15.into(), &"my.svg".into())
     );
+    assert!(
+        by.starts_with("core 0.1.0, commit ")
+            && by.ends_with(shown["provenance"]["commit"].as_str().unwrap())
+    );
+    assert_eq!(shown["robot"]["wheel_base_m"], 0.053);
     assert_eq!((&shown["provenance"]["seed"], &shown["provenance"]["steps"]), (&1.into(), &100.into()));
     assert_eq!(shown["statistics"]["neurons"], 225);
     let text = ok(folder.path(), &["map", "show", "my.ekm", "--out", "my.svg"]);
@@ -241,6 +251,22 @@ fn a_map_can_be_shown_and_drawn() {
     assert_eq!(fact(&text, "map hash"), shown["hash"].as_str().unwrap());
     let figure = std::fs::read_to_string(folder.path().join("my.svg")).unwrap();
     assert!(figure.starts_with("<svg") && figure.trim_end().ends_with("</svg>"));
+}
+
+#[test]
+fn a_map_of_another_robot_is_refused_unless_it_is_meant() {
+    let folder = TempDir::new().unwrap();
+    ok(folder.path(), &["train", "--steps", "100", "--out", "my.ekm"]);
+    std::fs::write(folder.path().join("wide.toml"), "[robot]\nwheel_base_m = 0.06\n").unwrap();
+    let run_wide = ["run", "p2_fig5", "--map", "my.ekm", "--config", "wide.toml"];
+    let words =
+        ["my.ekm", "robot.wheel_base_m = 0.053", "has 0.06", "train a new map", "--map-of-another-robot"];
+    assert_refused(folder.path(), &run_wide, &words);
+    assert_refused(folder.path(), &[&run_wide[..], &["--runs", "2"]].concat(), &words);
+    let output = run(folder.path(), &[&run_wide[..], &["--map-of-another-robot"]].concat());
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{}", stderr(&output));
+    assert!(stderr(&output).contains("note: my.ekm was learned with robot.wheel_base_m = 0.053"));
+    assert_refused(folder.path(), &["run", "p2_fig5", "--map-of-another-robot"], &["--map <FILE.ekm>"]);
 }
 
 #[test]
@@ -289,12 +315,14 @@ fn map_file(format_version: u16, columns: u8, rows: u8) -> Vec<u8> {
         rows,
         reach_m: 0.2,
         speed_limit_mps: 0.1,
+        robot: Robot { wheel_base_m: 0.1, body_radius_m: 0.06, encoder_counts_per_m: 5000.0 },
         provenance: Provenance {
             seed: 1,
             steps: 1,
             horizon_ms: 2000,
             config_digest: 1,
             core_version: "0.0.0".try_into().unwrap(),
+            commit: "unknown".try_into().unwrap(),
         },
     };
     let neurons = vec![NeuronRecord::default(); header.neuron_count()];
@@ -319,7 +347,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 fn what_is_no_map_is_refused_by_every_map_command_and_nothing_is_written() {
     let folder = TempDir::new().unwrap();
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
-    let whole = map_file(1, 15, 15);
+    let whole = map_file(2, 15, 15);
     let mut damaged = whole.clone();
     damaged[200] ^= 4;
     write("whole.ekm", &whole);
@@ -328,9 +356,10 @@ fn what_is_no_map_is_refused_by_every_map_command_and_nothing_is_written() {
     write("cut.ekm", &whole[..whole.len() - 1]);
     write("longer.ekm", &[&whole[..], b"x"].concat());
     write("damaged.ekm", &damaged);
-    write("newer.ekm", &map_file(2, 15, 15));
-    write("none.ekm", &map_file(1, 0, 15));
-    write("small.ekm", &map_file(1, 3, 2));
+    write("older.ekm", &map_file(1, 15, 15));
+    write("newer.ekm", &map_file(3, 15, 15));
+    write("none.ekm", &map_file(2, 0, 15));
+    write("small.ekm", &map_file(2, 3, 2));
     std::fs::create_dir(folder.path().join("folder.ekm")).unwrap();
     let before = files_in(folder.path());
     for (name, words) in [
@@ -339,7 +368,8 @@ fn what_is_no_map_is_refused_by_every_map_command_and_nothing_is_written() {
         ("cut.ekm", &["has been cut", "train --out"]),
         ("longer.ekm", &["has been added to", "train --out"]),
         ("damaged.ekm", &["is damaged: CRC-32", "train --out"]),
-        ("newer.ekm", &["map format 2", "format 1", "train --out"]),
+        ("older.ekm", &["map format 1", "format 2", "train --out"]),
+        ("newer.ekm", &["map format 3", "format 2", "train --out"]),
         ("none.ekm", &["0 × 15 neurons", "train --out"]),
         ("folder.ekm", &["cannot be read", "train --out"]),
         ("missing.ekm", &["cannot be read", "train --out missing.ekm"]),

@@ -5,7 +5,8 @@
 //! * [`frame`]: where a message begins and ends in a stream of bytes, and that it is whole
 //! * [`schema`]: the shape of all messages as a number, by which two ends know that they mean the same
 //! * [`endpoint`]: the board's end, which says what a board does with each request
-//! * [`map_file`]: a learned map with its provenance, as one self-checking block of bytes
+//! * [`map_file`]: a learned map with its provenance, as one self-checking block of bytes; [`map_fit`]: whether it is
+//!   one for this controller
 //!
 //! Firmware, `hil_stub` and `host_sim` share this crate, so that the two ends cannot disagree about a field. It has
 //! no heap, no I/O and no clock, and no argument makes it panic.
@@ -44,6 +45,8 @@ pub mod codec;
 pub mod frame;
 
 pub mod map_file;
+
+pub mod map_fit;
 
 mod container;
 

@@ -24,20 +24,24 @@ use crate::container::{self, Damage, OVERHEAD_BYTES};
 use crate::message::ScalarKind;
 
 /// The format this crate writes, and the only one it reads.
-pub const FORMAT_VERSION: u16 = 1;
+pub const FORMAT_VERSION: u16 = 2;
 
 /// Longest [`Provenance::core_version`].
 pub const CORE_VERSION_BYTES: usize = 32;
 
+/// Longest [`Provenance::commit`].
+pub const COMMIT_BYTES: usize = 24;
+
 const MAGIC: [u8; 8] = *b"EKM-MAP\n";
 
-// Version, scalar, lattice, divisors; seed, steps, horizon, digest; core version with its length.
-const HEADER_BYTES_MAX: usize = (3 + 1 + 1 + 1 + 4 + 4) + (10 + 5 + 3 + 10) + (1 + CORE_VERSION_BYTES);
+// Version, scalar, lattice, divisors, robot; seed, steps, horizon, digest; core version and commit with their lengths.
+const HEADER_BYTES_MAX: usize =
+    (3 + 1 + 1 + 1 + 4 + 4 + 12) + (10 + 5 + 3 + 10) + (1 + CORE_VERSION_BYTES) + (1 + COMMIT_BYTES);
 // The length, whose u32 takes at most 5 bytes.
 const LIST_LENGTH_BYTES_MAX: usize = 5;
 
 /// What a map is, and what its numbers mean. Every real is finite.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub struct MapHeader {
     /// [`FORMAT_VERSION`].
     pub format_version: u16,
@@ -51,12 +55,27 @@ pub struct MapHeader {
     pub reach_m: f32,
     /// The unit of commands: c*.
     pub speed_limit_mps: f32,
+    /// The robot that it was learned on.
+    pub robot: Robot,
     /// Where it comes from.
     pub provenance: Provenance,
 }
 
+/// The robot that a map was learned on, as far as the divisors do not tell.
+///
+/// What the map says of a turn depends on the wheel base alone; the rest tells people which robot it was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, Schema)]
+pub struct Robot {
+    /// Distance between the wheels' points of contact.
+    pub wheel_base_m: f32,
+    /// Radius of the body.
+    pub body_radius_m: f32,
+    /// Encoder counts per metre of wheel travel.
+    pub encoder_counts_per_m: f32,
+}
+
 /// How a map was made: enough to make it again. No reals.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Provenance {
     /// Seed of the run that trained it.
     pub seed: u64,
@@ -68,6 +87,9 @@ pub struct Provenance {
     pub config_digest: u64,
     /// Version of the controller core that trained it.
     pub core_version: String<CORE_VERSION_BYTES>,
+    /// Commit of the program that wrote the file: the begin of its hash, `-dirty` where files had been changed since,
+    /// or `unknown`.
+    pub commit: String<COMMIT_BYTES>,
 }
 
 /// One neuron. Every real is finite.
@@ -163,11 +185,23 @@ impl MapHeader {
         usize::from(self.columns) * usize::from(self.rows)
     }
 
+    /// Its real numbers with their names; of a map that means something all are above 0.
+    #[must_use]
+    pub const fn reals(&self) -> [(&'static str, f32); 5] {
+        [
+            ("reach_m", self.reach_m),
+            ("speed_limit_mps", self.speed_limit_mps),
+            ("wheel_base_m", self.robot.wheel_base_m),
+            ("body_radius_m", self.robot.body_radius_m),
+            ("encoder_counts_per_m", self.robot.encoder_counts_per_m),
+        ]
+    }
+
     fn check(&self) -> Result<(), MapFileError> {
         if self.format_version != FORMAT_VERSION {
             return Err(MapFileError::Version { supported: FORMAT_VERSION, found: self.format_version });
         }
-        match all_finite(&[("reach_m", self.reach_m), ("speed_limit_mps", self.speed_limit_mps)]) {
+        match all_finite(&self.reals()) {
             Some(field) => Err(MapFileError::HeaderNotFinite { field }),
             None => Ok(()),
         }
@@ -333,8 +367,8 @@ mod tests {
     extern crate std;
 
     use super::{
-        FORMAT_VERSION, HEADER_BYTES_MAX, MAGIC, MapFileError, MapHeader, NeuronRecord, Provenance, decode,
-        encode, encoded_bytes_max, read_header,
+        FORMAT_VERSION, HEADER_BYTES_MAX, MAGIC, MapFileError, MapHeader, NeuronRecord, Provenance, Robot,
+        decode, encode, encoded_bytes_max, read_header,
     };
     use crate::container::{self, OVERHEAD_BYTES};
     use crate::message::ScalarKind;
@@ -354,12 +388,14 @@ mod tests {
             rows,
             reach_m: 0.163_84,
             speed_limit_mps: 0.16,
+            robot: Robot { wheel_base_m: 0.053, body_radius_m: 0.025, encoder_counts_per_m: 12_000.0 },
             provenance: Provenance {
                 seed: 7,
                 steps: 2000,
                 horizon_ms: 1024,
                 config_digest: 0x0123_4567_89ab_cdef,
                 core_version: String::try_from("0.1.0").unwrap(),
+                commit: String::try_from("0123456789ab-dirty").unwrap(),
             },
         }
     }
@@ -399,23 +435,28 @@ mod tests {
     }
 
     fn map() -> impl Strategy<Value = (MapHeader, Vec<NeuronRecord>)> {
-        (0_u8..8, 0_u8..8, any::<(u64, u32, u16, u64)>(), "[a-z0-9.+-]{0,32}", finite(), finite())
-            .prop_flat_map(
-                |(
-                    columns,
-                    rows,
-                    (seed, steps, horizon_ms, config_digest),
-                    version,
-                    reach_m,
-                    speed_limit_mps,
-                )| {
-                    let core_version = String::try_from(version.as_str()).unwrap();
-                    let provenance = Provenance { seed, steps, horizon_ms, config_digest, core_version };
-                    let header = MapHeader { provenance, reach_m, speed_limit_mps, ..header(columns, rows) };
-                    let count = header.neuron_count();
-                    (Just(header), prop::collection::vec(neuron(), count))
-                },
-            )
+        let robot =
+            (finite(), finite(), finite()).prop_map(|(wheel_base_m, body_radius_m, encoder_counts_per_m)| {
+                Robot { wheel_base_m, body_radius_m, encoder_counts_per_m }
+            });
+        let provenance = (any::<(u64, u32, u16, u64)>(), "[a-z0-9.+-]{0,32}", "[a-f0-9-]{0,24}").prop_map(
+            |((seed, steps, horizon_ms, config_digest), version, commit)| Provenance {
+                seed,
+                steps,
+                horizon_ms,
+                config_digest,
+                core_version: String::try_from(version.as_str()).unwrap(),
+                commit: String::try_from(commit.as_str()).unwrap(),
+            },
+        );
+        (0_u8..8, 0_u8..8, provenance, robot, finite(), finite()).prop_flat_map(
+            |(columns, rows, provenance, robot, reach_m, speed_limit_mps)| {
+                let header =
+                    MapHeader { provenance, robot, reach_m, speed_limit_mps, ..header(columns, rows) };
+                let count = header.neuron_count();
+                (Just(header), prop::collection::vec(neuron(), count))
+            },
+        )
     }
 
     proptest! {
@@ -450,7 +491,7 @@ mod tests {
         ) {
             // Half of the bodies get past the version, so that the rest of the decoder sees them.
             if versioned && !body.is_empty() {
-                body[0] = 1;
+                body[0] = 2;
             }
             // A lattice without neurons is a map, and random bytes find it; it must then survive the way back.
             if let Ok((header, neurons)) = read(&sealed(&body)) {
@@ -495,8 +536,10 @@ mod tests {
         let surplus = MapFileError::TrailingBytes { expected_bytes: length, found_bytes: length + 1 };
         assert_eq!(read(&longer), Err(surplus));
 
-        let mut newer = sealed(&[2, 0xff, 0xff]);
-        assert_eq!(read(&newer), Err(MapFileError::Version { supported: 1, found: 2 }));
+        let older = sealed(&[1, 0xff, 0xff]);
+        assert_eq!(read(&older), Err(MapFileError::Version { supported: 2, found: 1 }));
+        let mut newer = sealed(&[3, 0xff, 0xff]);
+        assert_eq!(read(&newer), Err(MapFileError::Version { supported: 2, found: 3 }));
         *newer.last_mut().unwrap() ^= 0x80;
         assert!(
             matches!(read(&newer), Err(MapFileError::Checksum { stored, computed }) if stored != computed)
@@ -534,6 +577,10 @@ mod tests {
         let reach = MapHeader { reach_m: f32::INFINITY, ..header(3, 2) };
         let in_header = MapFileError::HeaderNotFinite { field: "reach_m" };
         assert_eq!(encode(&reach, &[NeuronRecord::default(); 6], &mut [0; 999]), Err(in_header));
+        let robot = Robot { wheel_base_m: f32::NAN, ..header(3, 2).robot };
+        let in_robot = MapFileError::HeaderNotFinite { field: "wheel_base_m" };
+        let of_robot = MapHeader { robot, ..header(3, 2) };
+        assert_eq!(encode(&of_robot, &[NeuronRecord::default(); 6], &mut [0; 999]), Err(in_robot));
 
         // As a faulty program would write them.
         let body = postcard::to_extend(&(header(3, 2), &neurons[..]), Vec::new()).unwrap();
@@ -551,12 +598,13 @@ mod tests {
                 horizon_ms: u16::MAX,
                 config_digest: u64::MAX,
                 core_version: String::try_from("a core's version of 32 letters..").unwrap(),
+                commit: String::try_from("a commit of 24 letters..").unwrap(),
             },
             ..header(15, 15)
         };
         let neurons = [NeuronRecord { has_won: true, ..NeuronRecord::default() }; 225];
         let file = written(&largest, &neurons);
-        // The version, today 1, and the length, today 225, take 2 and 3 bytes less than their types allow.
+        // The version, today 2, and the length, today 225, take 2 and 3 bytes less than their types allow.
         assert_eq!(file.len(), encoded_bytes_max(225) - 2 - 3);
         assert_eq!(postcard::to_extend(&largest, Vec::new()).unwrap().len(), HEADER_BYTES_MAX - 2);
         for available_bytes in 0..file.len() {

@@ -10,7 +10,8 @@ use common::{board_examples, host_examples};
 use core::fmt::{Debug, Write};
 use protocol::codec::Message;
 use protocol::frame::{Decoder, FRAME_BYTES_MAX, Frame, FrameError, encode};
-use protocol::message::{FromBoard, FromHost, PROTOCOL_VERSION};
+use protocol::map_file::{self, FORMAT_VERSION, MapHeader, NeuronRecord, Provenance, Robot};
+use protocol::message::{FromBoard, FromHost, PROTOCOL_VERSION, ScalarKind};
 
 /// The present version first, then earlier releases.
 const VERSIONS: [(u16, &str); 1] = [(2, include_str!("golden/v2.txt"))];
@@ -69,6 +70,42 @@ fn the_bytes_of_the_host_stay() {
 #[test]
 fn the_bytes_of_the_board_stay() {
     check::<FromBoard>("from_board", board_examples());
+}
+
+/// The present version of the map file.
+const MAP: (u16, &str) = (2, include_str!("golden/map_v2.txt"));
+
+#[test]
+fn the_bytes_of_a_map_file_stay() {
+    let header = MapHeader {
+        format_version: FORMAT_VERSION,
+        scalar: ScalarKind::Fixed,
+        columns: 2,
+        rows: 1,
+        reach_m: 0.163_84,
+        speed_limit_mps: 0.16,
+        robot: Robot { wheel_base_m: 0.053, body_radius_m: 0.025, encoder_counts_per_m: 12_000.0 },
+        provenance: Provenance {
+            seed: 300,
+            steps: 2000,
+            horizon_ms: 1024,
+            config_digest: 0x0123_4567_89ab_cdef,
+            core_version: "0.1.0".try_into().unwrap(),
+            commit: "0123456789ab-dirty".try_into().unwrap(),
+        },
+    };
+    let trained = NeuronRecord {
+        bearing_rad: 0.5,
+        distance_per_reach: -0.25,
+        left: [1.0, -2.0],
+        right: [-1.0, 2.0],
+        has_won: true,
+    };
+    let neurons = [trained, NeuronRecord::default()];
+    let mut file = vec![0; map_file::encoded_bytes_max(neurons.len())];
+    let file = map_file::encode(&header, &neurons, &mut file).unwrap();
+    assert_eq!(MAP.0, FORMAT_VERSION, "add golden/map_v{FORMAT_VERSION}.txt");
+    assert_eq!(hex(file), MAP.1.trim(), "golden/map_v{FORMAT_VERSION}.txt has it otherwise");
 }
 
 #[test]

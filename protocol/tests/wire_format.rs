@@ -6,6 +6,7 @@ use postcard_schema::schema::{DataModelType, DataModelVariant, NamedType, NamedV
 use protocol::codec::Message;
 use protocol::endpoint::LINK_SILENT_MS;
 use protocol::frame::{FRAME_BYTES_MAX, encode};
+use protocol::map_file::{self, COMMIT_BYTES, CORE_VERSION_BYTES, FORMAT_VERSION, MapHeader};
 use protocol::message::{
     BUILD_ID_BYTES, CHECKPOINTS_PER_MESSAGE, FromBoard, FromHost, NEURONS_PER_MESSAGE, PROTOCOL_VERSION,
     Readings,
@@ -81,7 +82,7 @@ fn rows(shape: &NamedType) -> (Vec<String>, Vec<&'static NamedType>) {
 
 #[test]
 fn the_tables_are_those_of_the_types() {
-    let mut open = vec![FromHost::SCHEMA, FromBoard::SCHEMA];
+    let mut open = vec![FromHost::SCHEMA, FromBoard::SCHEMA, MapHeader::SCHEMA];
     let mut seen = Vec::new();
     let mut wrong = String::new();
     while let Some(shape) = open.pop() {
@@ -123,6 +124,10 @@ fn the_numbers_are_those_of_the_code() {
     says(&format!("| checkpoints of a message | {CHECKPOINTS_PER_MESSAGE} |"));
     says(&format!("| neurons of a message | {NEURONS_PER_MESSAGE} |"));
     says(&format!("| bytes of `build_id` | {BUILD_ID_BYTES} |"));
+    says(&format!("| `format_version` | u16 | {FORMAT_VERSION};"));
+    says(&format!("| `core_version` | text | at most {CORE_VERSION_BYTES} bytes"));
+    says(&format!("| `commit` | text | at most {COMMIT_BYTES} bytes"));
+    says(&format!("| bytes of a map file of 15 × 15 neurons | {} |", map_file::encoded_bytes_max(225)));
     says(&format!("| silence in real time until the motors stop | {LINK_SILENT_MS} ms |"));
 }
 

@@ -17,6 +17,7 @@
 )]
 
 use std::env;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -28,6 +29,7 @@ use host_sim::link::qemu::{Qemu, QemuOptions, Way};
 use host_sim::link::real_time::RealTimePort;
 use host_sim::link::session::Session;
 use host_sim::link::verify::Verified;
+use host_sim::map_store::{self, LearnedOn, StoredScalar};
 use host_sim::mission::{self, MissionOptions, config_for};
 use host_sim::positioning::{PositioningPlan, positioning_test, positioning_test_with, summarise};
 use host_sim::scenario::Scenario;
@@ -41,15 +43,19 @@ use protocol::message::{Board, Health, TimeBase};
 /// Nothing was tuned on these.
 const SEEDS: [u64; 2] = [9101, 9102];
 
+/// Where cargo builds.
+fn target_folder() -> PathBuf {
+    env::var_os("CARGO_TARGET_DIR")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target"), PathBuf::from)
+}
+
 /// Where `cargo xtask firmware` puts the image of a board.
 fn image(board: Board) -> PathBuf {
     let target = match board {
         Board::Stm32f100 => "thumbv7m-none-eabi",
         Board::Stm32f405 | Board::Stub => "thumbv7em-none-eabihf",
     };
-    let folder = env::var_os("CARGO_TARGET_DIR")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../target"), PathBuf::from);
-    folder.join(target).join("firmware/firmware")
+    target_folder().join(target).join("firmware/firmware")
 }
 
 fn connect(board: Board, way: Way, icount: Option<&str>) -> Session<Qemu> {
@@ -73,19 +79,29 @@ const STEPS: u32 = 1000;
 
 /// A mission on the board with the core beside it: fails at the first tick after which their digests differ.
 fn verified<S: Scalar>(board: Board, way: Way, seed: u64, time_limit_s: Option<f64>) -> Health {
+    let map = map_of::<S>(seed, STEPS);
+    let mut session = connect(board, way, None);
+    session.upload_map(&map, STEPS).unwrap();
+    drives(&mut session, &map, seed, time_limit_s)
+}
+
+/// A mission on a board that has this map.
+fn drives<S: Scalar>(
+    session: &mut Session<Qemu>,
+    map: &HostMap<S, Indirect<S>>,
+    seed: u64,
+    time_limit_s: Option<f64>,
+) -> Health {
     let mut scenario = Scenario::builtin("p2_fig6").unwrap();
     scenario.time_limit_s = time_limit_s.unwrap_or(scenario.time_limit_s);
     let config = config_for(&scenario, &Config::default(), None);
-    let map = map_of::<S>(seed, STEPS);
     let options = MissionOptions { seed, sample_ms: 0 };
     let reference = || Sil::<S>::trained(&config, map.clone(), STEPS).unwrap();
     let expected = mission::run(&scenario, reference(), &config, options).unwrap();
 
-    let mut session = connect(board, way, None);
     session.configure(&config).unwrap();
-    session.upload_map(&map, STEPS).unwrap();
     let begin = Instant::now();
-    let tested = LinkPort::begin(&mut session, &config).unwrap();
+    let tested = LinkPort::begin(session, &config).unwrap();
     let both = Verified { tested, reference: reference() };
     let result = mission::run(&scenario, both, &config, options).unwrap();
     let seconds = begin.elapsed().as_secs_f64();
@@ -97,8 +113,8 @@ fn verified<S: Scalar>(board: Board, way: Way, seed: u64, time_limit_s: Option<f
     );
     let health = session.health().unwrap();
     println!(
-        "{} {way:?} seed {seed}: {:.1} s in {seconds:.1} s, {:.1} × real time; hash {:016x}; stack {} B",
-        board.name(),
+        "{} seed {seed}: {:.1} s in {seconds:.1} s, {:.1} × real time; hash {:016x}; stack {} B",
+        session.board.board.map_or("unknown", Board::name),
         result.duration_s,
         result.duration_s / seconds,
         result.hash,
@@ -132,6 +148,30 @@ fn the_usarts_bytes_make_no_difference() {
     verified::<Fixed>(Board::Stm32f100, Way::Usart, SEEDS[0], Some(10.0));
 }
 
+/// An image that was built with a map starts with it: the host gives it none, and finds the file's, bit for bit, with
+/// the training steps that it has seen. Then it drives as the simulator does with that file.
+fn starts_with_its_map<S: StoredScalar>(board: Board) {
+    let image = target_folder().join("pil").join(board.name());
+    let file = fs::read(image.with_extension("ekm")).unwrap();
+    let stored = map_store::from_bytes::<S>(&file, &Config::default(), LearnedOn::ThisRobot).unwrap();
+    let options = QemuOptions { board, image, log: None, way: Way::Semihosting, icount: None };
+    let qemu = Qemu::start(&options).unwrap();
+    let mut session = Session::open(qemu, Some(board), None, TimeBase::Lockstep).unwrap();
+    assert_eq!(session.board.map_hash, Some(stored.map.hash()));
+    let (map, trained_steps) = session.download_map::<S>().unwrap();
+    assert_eq!(map, stored.map);
+    assert_eq!(trained_steps, stored.provenance.steps);
+    assert_eq!(trained_steps, STEPS, "missions compare with a map of so many steps");
+    drives(&mut session, &map, SEEDS[0], Some(5.0));
+}
+
+#[test]
+#[ignore = "needs QEMU and the firmware images: cargo xtask pil"]
+fn a_map_in_flash_drives_without_a_host_that_has_one() {
+    starts_with_its_map::<f32>(Board::Stm32f405);
+    starts_with_its_map::<Fixed>(Board::Stm32f100);
+}
+
 /// Learns from nothing on the board; its map has the hash of one learned here. Then the board drives to targets with
 /// it.
 fn learns<S: Scalar>(board: Board, steps: u32, targets: u32) {
@@ -139,6 +179,7 @@ fn learns<S: Scalar>(board: Board, steps: u32, targets: u32) {
     let plan = TrainingPlan { steps, seed: SEEDS[0], ..TrainingPlan::default() };
     let expected = map_of::<S>(SEEDS[0], steps);
     let mut session = connect(board, Way::Semihosting, None);
+    assert_eq!(session.board.map_hash, None, "an image that was built without a map knows nothing");
     session.configure(&config).unwrap();
     session.forget_map().unwrap();
     let begin = Instant::now();

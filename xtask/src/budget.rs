@@ -86,7 +86,7 @@ pub fn run(root: &Path) -> Result<(), String> {
     if let Some(complaint) = doctor::missing_qemu() {
         return Err(complaint);
     }
-    firmware::build(root, &BOARDS, &["firmware", "instructions"])?;
+    firmware::build(root, &BOARDS, &["firmware", "instructions"], None)?;
     let mut over = Vec::new();
     let lines = frames(&budgets.frames);
     print!("\nframes\n{}", table(&lines));

@@ -170,7 +170,7 @@ fn embedded(context: &Context) -> Result<(), String> {
         build(&["-p", "controller_core", "--no-default-features", "--features", features])?;
     }
     build(&["-p", "protocol"])?;
-    firmware::build_and_tell(context.root, &BOARDS)
+    firmware::build_and_tell(context.root, &BOARDS, None)
 }
 
 fn tests(context: &Context) -> Result<(), String> {

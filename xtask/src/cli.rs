@@ -1,5 +1,7 @@
 //! What was asked for on the command line.
 
+use std::path::PathBuf;
+
 use crate::firmware::{BOARDS, Board};
 
 const HELP: &str = "\
@@ -46,22 +48,25 @@ Options:
 const HELP_FIRMWARE: &str = "\
 Builds the firmware and says where the images are and what they take.
 
-Usage: cargo xtask firmware [BOARD]
+Usage: cargo xtask firmware [BOARD [--map FILE]]
 
   BOARD        stm32f405 or stm32f100; both, if none is named
 
 Options:
+  --map FILE   Put this learned map into the image; without it the board knows nothing until it learns or is given one.
+               For stm32f100 train it with --scalar fixed. A map that does not fit is refused
   -h, --help   This text
 ";
 
 const HELP_FLASH: &str = "\
 Builds the firmware, puts it on a board that is connected through a debug probe, and shows its log (probe-rs).
 
-Usage: cargo xtask flash <BOARD>
+Usage: cargo xtask flash <BOARD> [--map FILE]
 
   BOARD        stm32f405 or stm32f100
 
 Options:
+  --map FILE   Put this learned map into the image, as for `cargo xtask firmware`
   -h, --help   This text
 ";
 
@@ -97,7 +102,7 @@ Exit codes: 0 all present, 1 something is missing.
 ";
 
 /// What to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Asked {
     /// Print this.
     Help(&'static str),
@@ -112,11 +117,15 @@ pub enum Asked {
     Firmware {
         /// Which one.
         board: Option<Board>,
+        /// A learned map for its image.
+        map: Option<PathBuf>,
     },
     /// Put the firmware on a board.
     Flash {
         /// Which.
         board: Board,
+        /// A learned map for its image.
+        map: Option<PathBuf>,
     },
     /// Run the firmware's tests in the emulator.
     Pil {
@@ -164,16 +173,29 @@ pub fn parse(arguments: &[String]) -> Result<Asked, String> {
         ("test", []) => Ok(Asked::Test { quick: false }),
         ("test", ["--quick"]) => Ok(Asked::Test { quick: true }),
         ("doctor", []) => Ok(Asked::Doctor),
-        ("firmware", []) => Ok(Asked::Firmware { board: None }),
-        ("firmware", [name]) if !name.starts_with('-') => Ok(Asked::Firmware { board: Some(board(name)?) }),
-        ("flash", [name]) if !name.starts_with('-') => Ok(Asked::Flash { board: board(name)? }),
+        ("firmware" | "flash", [.., "--map"]) => {
+            Err(format!("`--map` needs a file: see `cargo xtask {command} --help`"))
+        }
+        ("firmware", ["--map", _, ..]) => Err(
+            "`--map` needs a board, since a map is learned for one number type: `firmware BOARD --map FILE`"
+                .to_owned(),
+        ),
+        ("firmware", []) => Ok(Asked::Firmware { board: None, map: None }),
+        ("firmware", [name]) if !name.starts_with('-') => {
+            Ok(Asked::Firmware { board: Some(board(name)?), map: None })
+        }
+        ("firmware", [name, "--map", file]) => {
+            Ok(Asked::Firmware { board: Some(board(name)?), map: Some(file.into()) })
+        }
+        ("flash", [name]) if !name.starts_with('-') => Ok(Asked::Flash { board: board(name)?, map: None }),
+        ("flash", [name, "--map", file]) => Ok(Asked::Flash { board: board(name)?, map: Some(file.into()) }),
         ("flash", []) => Err("`flash` needs a board: see `cargo xtask flash --help`".to_owned()),
         ("pil", []) => Ok(Asked::Pil { long: false }),
         ("pil", ["--long"]) => Ok(Asked::Pil { long: true }),
         ("budget", []) => Ok(Asked::Budget),
         ("test", ["--quick", word, ..])
         | ("pil", ["--long", word, ..])
-        | ("firmware" | "flash", [_, word, ..])
+        | ("firmware" | "flash", [_, "--map", _, word, ..] | [_, word, ..])
         | (_, [word, ..]) => Err(unknown(word)),
         (_, []) => Err(format!("see `cargo xtask {command} --help`")),
     }
@@ -197,9 +219,14 @@ mod tests {
         assert_eq!(parsed("test --quick --help"), Ok(Asked::Help(HELP_TEST)));
         assert_eq!(parsed("doctor -h"), Ok(Asked::Help(HELP_DOCTOR)));
         let board = Board::named("stm32f100");
-        assert_eq!(parsed("firmware"), Ok(Asked::Firmware { board: None }));
-        assert_eq!(parsed("firmware stm32f100"), Ok(Asked::Firmware { board }));
-        assert_eq!(parsed("flash stm32f100"), Ok(Asked::Flash { board: board.unwrap() }));
+        assert_eq!(parsed("firmware"), Ok(Asked::Firmware { board: None, map: None }));
+        assert_eq!(parsed("firmware stm32f100"), Ok(Asked::Firmware { board, map: None }));
+        let map = Some("out/map.ekm".into());
+        let with_map = Asked::Firmware { board, map: map.clone() };
+        assert_eq!(parsed("firmware stm32f100 --map out/map.ekm"), Ok(with_map));
+        let board = board.unwrap();
+        assert_eq!(parsed("flash stm32f100"), Ok(Asked::Flash { board, map: None }));
+        assert_eq!(parsed("flash stm32f100 --map out/map.ekm"), Ok(Asked::Flash { board, map }));
         assert_eq!(parsed("pil --long"), Ok(Asked::Pil { long: true }));
         assert_eq!(parsed("budget"), Ok(Asked::Budget));
     }
@@ -215,6 +242,9 @@ mod tests {
             ("doctor --quick", "unknown option `--quick` of `doctor`"),
             ("firmware stm32", "unknown board `stm32`: there are `stm32f405` and `stm32f100`"),
             ("firmware stm32f405 x", "unknown argument `x` of `firmware`"),
+            ("firmware --map map.ekm", "`--map` needs a board"),
+            ("firmware stm32f405 --map", "`--map` needs a file"),
+            ("firmware stm32f405 --map a.ekm b.ekm", "unknown argument `b.ekm` of `firmware`"),
             ("flash", "`flash` needs a board"),
             ("pil --quick", "unknown option `--quick` of `pil`"),
         ] {

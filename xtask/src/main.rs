@@ -44,11 +44,11 @@ fn main() -> ExitCode {
         cli::Asked::Help(text) => (text.to_owned(), true),
         cli::Asked::Test { quick } => (String::new(), checks::run(&root(), quick)),
         cli::Asked::Doctor => doctor::report(),
-        cli::Asked::Firmware { board } => {
+        cli::Asked::Firmware { board, map } => {
             let boards = board.map_or_else(|| firmware::BOARDS.to_vec(), |board| vec![board]);
-            told(firmware::build_and_tell(&root(), &boards))
+            told(firmware::build_and_tell(&root(), &boards, map.as_deref()))
         }
-        cli::Asked::Flash { board } => told(firmware::flash(&root(), board)),
+        cli::Asked::Flash { board, map } => told(firmware::flash(&root(), board, map.as_deref())),
         cli::Asked::Pil { long } => told(pil::run(&root(), long)),
         cli::Asked::Budget => told(budget::run(&root())),
     };

@@ -153,6 +153,9 @@ pub struct RunArgs {
     /// Use a saved map instead of learning one
     #[arg(long, value_name = "FILE.ekm", conflicts_with_all = ["steps", "fresh_maps"])]
     pub map: Option<PathBuf>,
+    /// With --map: take a map that was learned on a robot of another wheel base, top speed or reach
+    #[arg(long, requires = "map")]
+    pub map_of_another_robot: bool,
     /// Learn a map for each run with the run's seed, instead of one for all with the first
     #[arg(long)]
     pub fresh_maps: bool,

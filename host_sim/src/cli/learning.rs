@@ -7,15 +7,14 @@ use controller_core::config::Config;
 use controller_core::kohonen::output::Output;
 use controller_core::scalar::Scalar;
 use host_sim::config_file;
-use host_sim::map_store::{self, StoredMap, StoredScalar};
+use host_sim::map_store::{self, LearnedOn, StoredMap, StoredScalar};
 use host_sim::route_planner;
 use host_sim::scenario::{Route, Scenario};
-use host_sim::sil::{HostMap, Indirect};
 use host_sim::sweep::{self, Learned};
 use host_sim::training::TrainingPlan;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::args::LearningArgs;
+use super::args::{LearningArgs, RunArgs};
 use super::error::CliError;
 use super::output::complain;
 use super::progress::Progress;
@@ -59,21 +58,20 @@ pub fn learn_each<S: Scalar, O: Output<S>>(
     Ok(sweep::learn_each(config, plan, seeds, &|| bar.advance())?)
 }
 
-/// A map from a file.
-pub fn load_map<S: StoredScalar>(path: &Path, config: &Config) -> Result<HostMap<S, Indirect<S>>, CliError> {
-    Ok(load_stored_map(path, config)?.map)
-}
-
-/// A map from a file, and where it comes from.
-pub fn load_stored_map<S: StoredScalar>(path: &Path, config: &Config) -> Result<StoredMap<S>, CliError> {
+/// The map that was asked for with `--map`, and where it comes from.
+pub fn load_map<S: StoredScalar>(args: &RunArgs, config: &Config) -> Result<Option<StoredMap<S>>, CliError> {
+    let Some(path) = &args.map else { return Ok(None) };
     let file = path.display();
     let bytes = read_map_file(path)?;
-    let stored = map_store::from_bytes::<S>(&bytes, config)
+    let learned_on = if args.map_of_another_robot { LearnedOn::AnyRobot } else { LearnedOn::ThisRobot };
+    let stored = map_store::from_bytes::<S>(&bytes, config, learned_on)
         .map_err(|error| CliError::Request(format!("{file}: {error}")))?;
-    if stored.provenance.config_digest != map_store::training_digest(config) {
+    if let Some(misfit) = &stored.another_robot {
+        complain(&format!("note: {file} {misfit}"));
+    } else if stored.provenance.config_digest != map_store::training_digest(config) {
         complain(&format!("note: {file} was learned with another configuration or version"));
     }
-    Ok(stored)
+    Ok(Some(stored))
 }
 
 /// The bytes of a map file, whatever they are.

@@ -5,6 +5,7 @@ use std::path::Path;
 use host_sim::figure::draw_map;
 use host_sim::map_report::comparison::{Comparison, Difference, compare};
 use host_sim::map_report::{Extent, Extreme, MapRecords, MapStatistics, export};
+use protocol::map_file::{MapHeader, Robot};
 use serde_json::{Value, json};
 
 use super::args::{LanguageArg, MapAction, MapArgs, MapDiffArgs, MapExportArgs, MapShowArgs};
@@ -66,8 +67,10 @@ fn text(path: &Path, map: &MapRecords, statistics: &MapStatistics) -> String {
         ("lattice", format!("{columns} columns (bearing) × {rows} rows (distance)")),
         ("reach", format!("{} m", header.reach_m)),
         ("speed limit", format!("{} m/s", header.speed_limit_mps)),
+        ("robot", robot(header)),
         ("learned", format!("in {} steps of {step_s} s, seed {}", made.steps, made.seed)),
-        ("by", format!("core {}, configuration digest {}", made.core_version, hex(made.config_digest))),
+        ("by", format!("core {}, commit {}", made.core_version, made.commit)),
+        ("config", format!("digest {}", hex(made.config_digest))),
         ("map hash", hex(map.hash())),
     ]);
     let at = |extreme: &Extreme| format!("at column {}, row {}", extreme.at.column, extreme.at.row);
@@ -79,6 +82,14 @@ fn text(path: &Path, map: &MapRecords, statistics: &MapStatistics) -> String {
     ]);
     let spanned = statistics.extent.as_ref().map_or_else(String::new, extent);
     format!("{about}\n{largest}{spanned}")
+}
+
+/// Which robot learned it.
+fn robot(header: &MapHeader) -> String {
+    let Robot { wheel_base_m, body_radius_m, encoder_counts_per_m } = header.robot;
+    format!(
+        "wheel base {wheel_base_m} m, body radius {body_radius_m} m, {encoder_counts_per_m} encoder counts per m"
+    )
 }
 
 /// What the trained neurons span.
@@ -107,12 +118,18 @@ fn document(path: &Path, map: &MapRecords, statistics: &MapStatistics, figure: O
         "rows": header.rows,
         "reach_m": decimal(header.reach_m),
         "speed_limit_mps": decimal(header.speed_limit_mps),
+        "robot": {
+            "wheel_base_m": decimal(header.robot.wheel_base_m),
+            "body_radius_m": decimal(header.robot.body_radius_m),
+            "encoder_counts_per_m": decimal(header.robot.encoder_counts_per_m),
+        },
         "provenance": {
             "seed": made.seed,
             "steps": made.steps,
             "horizon_ms": made.horizon_ms,
             "config_digest": hex(made.config_digest),
             "core_version": made.core_version.as_str(),
+            "commit": made.commit.as_str(),
         },
         "hash": hex(map.hash()),
         "statistics": statistics,

@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::args::{ControllerArg, RunArgs, ScalarArg};
 use super::error::{CliError, Outcome};
-use super::learning::{configuration, learn, load_scenario, load_stored_map, training_plan};
+use super::learning::{configuration, learn, load_map, load_scenario, training_plan};
 use super::linked;
 use super::main_job::training_text;
 use super::output::{OutputFolder, print, print_json};
@@ -69,7 +69,7 @@ pub fn run_once<S: StoredScalar>(
 ) -> Result<Outcome, CliError> {
     let config = configuration(&args.learning)?;
     let scenario = load_scenario(&args.scenario)?;
-    let loaded = args.map.as_deref().map(|path| load_stored_map::<S>(path, &config)).transpose()?;
+    let loaded = load_map::<S>(args, &config)?;
     let controller = args.controller.unwrap_or_else(|| controller_of(&scenario));
     let [svg, csv] = file_names(&scenario);
     let folder = args.out.as_deref().map(|path| OutputFolder::open(path, &[&svg, &csv])).transpose()?;

@@ -35,13 +35,13 @@ pub fn sweep_run<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
     let scenario = load_scenario(&args.scenario)?;
     let seeds = seeds(args.learning.seed, args.runs)?;
     let threads = threads(args.threads)?;
-    let loaded = args.map.as_deref().map(|path| load_map::<S>(path, &config)).transpose()?;
+    let loaded = load_map::<S>(args, &config)?;
     let [svg, csv] = file_names(&scenario);
     let folder = args.out.as_deref().map(|path| OutputFolder::open(path, &[&svg, &csv])).transpose()?;
 
     let plan = training_plan(&args.learning);
-    let maps = if let Some(map) = loaded {
-        Maps::Shared(Box::new(map))
+    let maps = if let Some(stored) = loaded {
+        Maps::Shared(Box::new(stored.map))
     } else if args.fresh_maps {
         let learned = threads.install(|| learn_each::<S, Indirect<S>>(&config, &plan, seeds.clone()))?;
         Maps::PerRun(learned.into_iter().map(|learned| learned.map).collect())

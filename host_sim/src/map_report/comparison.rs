@@ -63,7 +63,8 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Whether a controller drives with both maps alike, bit for bit: the same neurons in the same units and scalar.
+    /// Whether a controller drives with both maps alike, bit for bit: the same neurons in the same units and scalar,
+    /// for a robot of the same wheel base.
     ///
     /// How they were made does not count.
     #[must_use]
@@ -134,11 +135,15 @@ fn header_differences(a: &MapRecords, b: &MapRecords) -> Vec<HeaderDifference> {
             ("scalar", map.scalar_name().to_owned(), true),
             ("reach m", format!("{:?}", header.reach_m), true),
             ("speed limit m/s", format!("{:?}", header.speed_limit_mps), true),
+            ("wheel base m", format!("{:?}", header.robot.wheel_base_m), true),
+            ("body radius m", format!("{:?}", header.robot.body_radius_m), false),
+            ("encoder counts/m", format!("{:?}", header.robot.encoder_counts_per_m), false),
             ("seed", made.seed.to_string(), false),
             ("steps", made.steps.to_string(), false),
             ("horizon ms", made.horizon_ms.to_string(), false),
             ("config digest", format!("{:016x}", made.config_digest), false),
             ("core version", made.core_version.as_str().to_owned(), false),
+            ("commit", made.commit.as_str().to_owned(), false),
         ]
     };
     // Floats print so that different ones never look the same.
@@ -176,6 +181,15 @@ mod tests {
         assert!(comparison.is_same_map() && comparison.headers[0].name == "steps", "{comparison:?}");
         let faster = MapHeader { speed_limit_mps: 0.25_f32.next_up(), ..header(2, 3) };
         assert!(!compare(&one, &map(&faster)).unwrap().is_same_map());
+        let mut wider = header(2, 3);
+        wider.robot.wheel_base_m = 0.13;
+        assert!(!compare(&one, &map(&wider)).unwrap().is_same_map());
+        let mut rounder = header(2, 3);
+        rounder.robot.body_radius_m = 0.07;
+        rounder.provenance.commit = "ba9876543210".try_into().unwrap();
+        let comparison = compare(&one, &map(&rounder)).unwrap();
+        let names: Vec<_> = comparison.headers.iter().map(|header| header.name).collect();
+        assert!(comparison.is_same_map() && names == ["body radius m", "commit"], "{comparison:?}");
         let fixed = MapHeader { scalar: ScalarKind::Fixed, ..header(2, 3) };
         assert!(!compare(&one, &map(&fixed)).unwrap().is_same_map());
     }

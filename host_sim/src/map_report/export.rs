@@ -25,13 +25,17 @@ fn head(map: &MapRecords, comment: &str) -> String {
             env!("CARGO_PKG_VERSION")
         ),
         format!(
-            "Learned with scalar {} in {} steps of {} ms, seed {}, by core {}, configuration digest {:016x}.",
+            "Learned with scalar {} in {} steps of {} ms, seed {}, by core {}, commit {}.",
             map.scalar_name(),
             made.steps,
             made.horizon_ms,
             made.seed,
             plain(&made.core_version),
-            made.config_digest,
+            plain(&made.commit),
+        ),
+        format!(
+            "On a robot with a wheel base of {:?} m, configuration digest {:016x}.",
+            header.robot.wheel_base_m, made.config_digest,
         ),
     ];
     lines.extend(UNITS.lines().map(str::to_owned));
@@ -86,6 +90,24 @@ pub fn to_rust(map: &MapRecords) -> String {
         rust_float(header.speed_limit_mps),
     );
     constant(
+        "Wheel base of the robot that learned it, in m.",
+        "WHEEL_BASE_M",
+        "f32",
+        rust_float(header.robot.wheel_base_m),
+    );
+    constant(
+        "Radius of that robot's body, in m.",
+        "BODY_RADIUS_M",
+        "f32",
+        rust_float(header.robot.body_radius_m),
+    );
+    constant(
+        "Encoder counts per metre of its wheels' travel.",
+        "ENCODER_COUNTS_PER_M",
+        "f32",
+        rust_float(header.robot.encoder_counts_per_m),
+    );
+    constant(
         "Hash of the map in its scalar, as a board that holds it names it.",
         "HASH",
         "u64",
@@ -105,6 +127,12 @@ pub fn to_rust(map: &MapRecords) -> String {
         "CORE_VERSION",
         "&str",
         format!("{:?}", made.core_version.as_str()),
+    );
+    constant(
+        "Commit of the program that wrote the file it was read from.",
+        "COMMIT",
+        "&str",
+        format!("{:?}", made.commit.as_str()),
     );
     text += RUST_NEURON;
     for_each_neuron(map, &mut text, |neuron| {
@@ -169,6 +197,17 @@ pub fn to_c(map: &MapRecords) -> String {
     );
     constant("The unit c* of wheel speeds, in m/s.", "SPEED_LIMIT_MPS", c_float(header.speed_limit_mps));
     constant(
+        "Wheel base of the robot that learned it, in m.",
+        "WHEEL_BASE_M",
+        c_float(header.robot.wheel_base_m),
+    );
+    constant("Radius of that robot's body, in m.", "BODY_RADIUS_M", c_float(header.robot.body_radius_m));
+    constant(
+        "Encoder counts per metre of its wheels' travel.",
+        "ENCODER_COUNTS_PER_M",
+        c_float(header.robot.encoder_counts_per_m),
+    );
+    constant(
         "Hash of the map in its scalar, as a board that holds it names it.",
         "HASH",
         hexadecimal(map.hash()),
@@ -182,6 +221,7 @@ pub fn to_c(map: &MapRecords) -> String {
         hexadecimal(made.config_digest),
     );
     constant("Version of the controller core that trained it.", "CORE_VERSION", c_string(&made.core_version));
+    constant("Commit of the program that wrote the file it was read from.", "COMMIT", c_string(&made.commit));
     text += C_NEURON;
     for_each_neuron(map, &mut text, |neuron| {
         let [bearing, distance, a, b, c, d] = super::numbers(neuron).map(c_float);
@@ -266,6 +306,7 @@ mod tests {
     fn awkward() -> MapRecords {
         let mut header = header(2, 1);
         header.provenance.core_version = "1\\n\"*/\n??/é%s".try_into().unwrap();
+        header.provenance.commit = "2\\n\"*/\n??/é%s".try_into().unwrap();
         (header.provenance.seed, header.provenance.steps) = (u64::MAX, u32::MAX);
         let largest = NeuronRecord {
             bearing_rad: f32::MAX,
