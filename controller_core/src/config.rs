@@ -85,7 +85,8 @@ pub struct RobotConfig {
     serde(default, deny_unknown_fields)
 )]
 pub struct ServoConfig {
-    /// Largest acceleration of a wheel; 1 m/s² stops the robot from c* within 13 mm.
+    /// Largest acceleration of a wheel: the robot stops from c* within 9 mm. At 1 m/s² its inertia cost 3 % of the time
+    /// to a target, at 1.5 it costs 0.6 %.
     pub acceleration_mps2: f32,
     /// Wheel speed of a free motor at full drive; its inverse is the feedforward.
     pub free_speed_mps: f32,
@@ -322,7 +323,7 @@ impl Default for RobotConfig {
 impl Default for ServoConfig {
     fn default() -> Self {
         Self {
-            acceleration_mps2: 1.0,
+            acceleration_mps2: 1.5,
             free_speed_mps: 0.25,
             proportional_per_mps: 4.0,
             integral_per_m: 60.0,

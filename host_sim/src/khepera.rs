@@ -17,6 +17,20 @@ use crate::random::Stream;
 /// Length of a tick in s.
 pub const TICK_S: f64 = 0.001;
 
+/// How a wheel and its motor differ from what they should be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WheelModel {
+    /// Radius as a share of the right one. Encoders count turns, so they do not see it.
+    pub radius_share: f64,
+    /// Speed of the free motor as a share of the right one.
+    pub motor_share: f64,
+}
+
+impl WheelModel {
+    /// As it should be.
+    pub const SOUND: Self = Self { radius_share: 1.0, motor_share: 1.0 };
+}
+
 /// The physical robot. It takes its numbers from the controller's configuration unless an experiment makes the two
 /// differ.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +51,10 @@ pub struct KheperaModel {
     pub slip: f64,
     /// How long a draw of the slip lasts, in ms.
     pub slip_period_ms: u32,
+    /// The left wheel.
+    pub left: WheelModel,
+    /// The right wheel.
+    pub right: WheelModel,
 }
 
 impl KheperaModel {
@@ -52,6 +70,8 @@ impl KheperaModel {
             sensor_range_m: f64::from(robot.sensor_range_m),
             slip,
             slip_period_ms: 64,
+            left: WheelModel::SOUND,
+            right: WheelModel::SOUND,
         }
     }
 }
@@ -120,13 +140,15 @@ impl Khepera {
         self.ticks += 1;
         let model = &self.model;
         let gain = TICK_S / model.motor_time_constant_s;
-        let roll = |wheel: &mut Wheel, drive: f32| {
-            wheel.speed_mps += (f64::from(drive) * model.free_speed_mps - wheel.speed_mps) * gain;
+        let roll = |wheel: &mut Wheel, of: WheelModel, drive: f32| {
+            let free_speed_mps = model.free_speed_mps * of.motor_share;
+            wheel.speed_mps += (f64::from(drive) * free_speed_mps - wheel.speed_mps) * gain;
             let way = wheel.speed_mps * TICK_S;
             wheel.travel_counts += way * model.encoder_counts_per_m;
-            way * (1.0 + wheel.slip)
+            way * of.radius_share * (1.0 + wheel.slip)
         };
-        let (left, right) = (roll(&mut self.left, drive.left), roll(&mut self.right, drive.right));
+        let left = roll(&mut self.left, model.left, drive.left);
+        let right = roll(&mut self.right, model.right, drive.right);
         let turn = (right - left) / model.wheel_base_m;
         let way = f64::midpoint(left, right);
         // A tenth of a millimetre and a few milliradians: the chord along the mean heading is the arc.

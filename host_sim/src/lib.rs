@@ -34,6 +34,7 @@ pub mod khepera;
 
 pub mod proximity_model;
 
+pub mod self_calibration;
 pub mod sil;
 
 pub mod link;

@@ -112,8 +112,24 @@ pub fn positioning_test<S: Scalar, O: Output<S>>(
     plan: &PositioningPlan,
     noise: &NoiseLevels,
 ) -> Result<Vec<TargetResult>, ConfigError> {
+    let model = KheperaModel::new(&config.robot, &config.servo, noise.actuator);
+    positioning_test_of(model, config, map, plan, noise)
+}
+
+/// As [`positioning_test`], of a robot that may differ from what its configuration says.
+///
+/// # Errors
+/// If the configuration cannot be used.
+pub fn positioning_test_of<S: Scalar, O: Output<S>>(
+    model: KheperaModel,
+    config: &Config,
+    map: &HostMap<S, O>,
+    plan: &PositioningPlan,
+    noise: &NoiseLevels,
+) -> Result<Vec<TargetResult>, ConfigError> {
     let config = config_for(config);
-    let Ok(results) = positioning_test_with(Sil::trained(&config, map.clone(), 0)?, &config, plan, noise);
+    let controller = Sil::trained(&config, map.clone(), 0)?;
+    let Ok(results) = run(controller, model, &config, plan, noise);
     Ok(results)
 }
 
@@ -137,8 +153,18 @@ pub fn positioning_test_with<C: ControllerPort>(
     plan: &PositioningPlan,
     noise: &NoiseLevels,
 ) -> Result<Vec<TargetResult>, C::Error> {
-    let world = World::default();
     let model = KheperaModel::new(&config.robot, &config.servo, noise.actuator);
+    run(controller, model, config, plan, noise)
+}
+
+fn run<C: ControllerPort>(
+    controller: C,
+    model: KheperaModel,
+    config: &Config,
+    plan: &PositioningPlan,
+    noise: &NoiseLevels,
+) -> Result<Vec<TargetResult>, C::Error> {
+    let world = World::default();
     let start = TruePose { position: Point2::origin(), heading_rad: 0.0 };
     let mut simulation = Simulation::new(controller, &world, model, noise, start, plan.seed);
     simulation.controller.arm()?;

@@ -222,6 +222,11 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
         self.tick
     }
 
+    /// The physical robot, to change it under way as wear and damage do.
+    pub fn model_mut(&mut self) -> &mut KheperaModel {
+        self.robot.model_mut()
+    }
+
     /// Where the robot really is.
     #[must_use]
     pub fn pose(&self) -> TruePose {

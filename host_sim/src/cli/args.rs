@@ -286,6 +286,48 @@ pub struct EvaluateArgs {
 pub enum Evaluation {
     /// P1 Figs. 4 and 5: how precisely do maps position the robot while they learn?
     Positioning(EvaluatePositioningArgs),
+    /// The robot changes under way: how well does its map follow, and how bad is one that does not learn?
+    Calibration(EvaluateCalibrationArgs),
+}
+
+#[derive(Debug, Args)]
+pub struct EvaluateCalibrationArgs {
+    /// Trials for each change, with consecutive seeds
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub trials: u32,
+    /// Training steps before the change
+    #[arg(long, value_name = "N", default_value_t = 3000)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub steps: u32,
+    /// Training steps after it
+    #[arg(long, value_name = "N", default_value_t = 500)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub further: u32,
+    /// Training steps between two tests after it
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub every: u32,
+    /// Targets of a test
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub targets: u32,
+    /// First seed
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Arithmetic
+    #[arg(long, value_enum, default_value_t = ScalarArg::F32)]
+    pub scalar: ScalarArg,
+    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`
+    #[arg(long, value_name = "NAME|FILE.toml", default_value = "precise")]
+    pub config: PathBuf,
+    /// Threads; default: one per core
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Write the figure (SVG) into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]

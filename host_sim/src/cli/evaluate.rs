@@ -1,6 +1,7 @@
 //! `evaluate`: experiments of the papers, repeated.
 
 mod ablation;
+mod calibration;
 mod figures;
 mod report;
 mod trials;
@@ -34,6 +35,7 @@ struct Analytic {
 pub fn evaluate(args: &EvaluateArgs) -> Result<Outcome, CliError> {
     match &args.what {
         Evaluation::Positioning(args) => positioning(args),
+        Evaluation::Calibration(args) => calibration::calibration(args),
     }
 }
 
