@@ -660,10 +660,9 @@ impl Config {
         self.reaching.near_bearing_rad.max(least_turn_rad)
     }
 
-    /// Where the map is aimed, with the place from which on a target is far.
-    fn aim<S: Scalar>(&self, far_share: f32) -> Aim<S> {
+    /// Where the map is aimed.
+    fn aim<S: Scalar>(&self) -> Aim<S> {
         Aim {
-            far: positive(far_share),
             near: S::from_f32(self.reaching.near_share),
             near_bearing: S::from_f32(self.near_bearing_rad()),
             chart: self.learning.chart,
@@ -778,7 +777,8 @@ impl Config {
     fn reaching_parameters<S: Scalar>(&self) -> ReachingParameters<S> {
         let r = &self.reaching;
         ReachingParameters {
-            aim: self.aim(r.far_share),
+            far: positive(r.far_share),
+            aim: self.aim(),
             beyond: r.beyond,
             winner: WinnerParameters {
                 bearing_tolerance: S::from_f32(r.bearing_tolerance_rad),
@@ -798,7 +798,7 @@ impl Config {
                 amplitude: S::from_f32(c.target_amplitude),
                 bearing_steepness: steepness(c.target_bearing_sigma_rad),
                 distance_steepness: steepness(c.target_distance_sigma_m / reach_m),
-                aim: self.aim(c.cruise_share),
+                far: positive(c.cruise_share),
             },
             obstacle: ObstacleFieldParameters {
                 bearing_steepness: steepness(c.obstacle_bearing_sigma_rad),

@@ -140,6 +140,8 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
 }
 
 /// One tick of both halves, everything in the order of [`crate::schedule`].
+// On a host the whole tick becomes one function, in a sixth less time; on a board flash is dearer than calls.
+#[cfg_attr(not(target_os = "none"), inline(always))]
 pub fn tick<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>(
     reflex: &mut Reflex<S>,
     deliberation: &mut Deliberation<S, O, COLUMNS, ROWS, SENSORS>,
@@ -155,7 +157,7 @@ pub fn tick<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, co
         reflex.note_scan(now);
         deliberation.take_scan(scan);
     }
-    reflex.supervision.untrained = !deliberation.map().is_trained();
+    reflex.supervision.untrained = reflex.mode() == Mode::Navigate && !deliberation.map().is_trained();
     let (drive, stopped) = reflex.tick(&p.reflex, now, inputs.encoders);
     let reached = reflex.arrive(&p.reflex, now);
     let learning = reflex.mode() == Mode::Learn && released.step;
@@ -189,6 +191,8 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     }
 
     /// One tick, see [`tick`].
+    // On a host only, see `tick`.
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn step(&mut self, p: &Parameters<S, SENSORS>, now: Tick, inputs: &Inputs<S, SENSORS>) -> Outputs<S> {
         tick(&mut self.reflex, &mut self.deliberation, p, now, inputs)
     }

@@ -210,7 +210,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
                     let period = p.reflex.schedule.target_period_ms;
                     let place = self.detour.direct(&p.detour, target, &detections, period);
                     let place = p.scaling.features(place);
-                    TargetField::localise(&self.map, &p.neural.target, &p.reaching.winner, place)
+                    TargetField::localise(&self.map, &p.neural.target, &p.reaching, place)
                 });
                 self.standing.target = Stamped::new(field, latched.now);
             }

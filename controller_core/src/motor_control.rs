@@ -33,7 +33,9 @@ pub enum Beyond {
 /// The numbers of motor control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReachingParameters<S> {
-    /// Where the map is aimed for a target of P1's target reaching.
+    /// From this distance (features) on a target of P1's target reaching is far.
+    pub far: Option<S>,
+    /// Where the map is aimed.
     pub aim: Aim<S>,
     /// What to do beyond c*.
     pub beyond: Beyond,
@@ -66,8 +68,6 @@ impl<S: Scalar> CommandUnit<S> {
 /// Where the map is aimed, given where the target is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aim<S> {
-    /// From this distance (features) on a target is far; no limit in the literal form.
-    pub far: Option<S>,
     /// Below this distance (features) a target is near; 0 in the literal form.
     pub near: S,
     /// A near target at a larger bearing (rad) than this is turned towards first.
@@ -77,12 +77,13 @@ pub struct Aim<S> {
 }
 
 impl<S: Scalar> Aim<S> {
-    /// The place that the map is asked for, given where the target is (distance ≥ 0, bearing of the full circle).
+    /// The place that the map is asked for, given where the target is (distance ≥ 0, bearing of the full circle), and
+    /// from which distance on it is far; no limit in the literal form.
     #[must_use]
-    pub fn at(&self, target: Features<S>) -> Features<S> {
+    pub fn at(&self, far: Option<S>, target: Features<S>) -> Features<S> {
         // A step that turns on the spot leads to half of its turn, see `Displacement::HalfTurn`.
         let turning = |bearing| Features { bearing: bearing * S::HALF, distance: S::ZERO };
-        if let Some(far) = self.far.filter(|&far| target.distance > far) {
+        if let Some(far) = far.filter(|&far| target.distance > far) {
             return Features { bearing: target.bearing * S::HALF, distance: far };
         }
         if target.distance < self.near {
@@ -129,7 +130,7 @@ pub fn reach<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     parameters: &ReachingParameters<S>,
     target: Features<S>,
 ) -> Option<(NeuronIndex, Command<S>)> {
-    let place = parameters.aim.at(target);
+    let place = parameters.aim.at(parameters.far, target);
     let k = map.winner(&parameters.winner, place, parameters.winner.eligible)?;
     Some((k, command_of(map, parameters.beyond, k, place)))
 }

@@ -88,6 +88,8 @@ impl<S: Scalar> Default for Reflex<S> {
 
 impl<S: Scalar> Reflex<S> {
     /// Homeostatic control for one millisecond: odometry, servo, safety gate.
+    // On a host only, see `controller::tick`.
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn tick(
         &mut self,
         p: &ReflexParameters<S>,
@@ -141,12 +143,15 @@ impl<S: Scalar> Reflex<S> {
     }
 
     /// Checks whether the current checkpoint is reached; at the goal the robot stops at once.
+    // On a host only, see `controller::tick`.
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn arrive(&mut self, p: &ReflexParameters<S>, now: Tick) -> Option<Reached> {
-        if self.mode == Mode::Standby || self.checkpoints.remaining() == 0 {
+        if self.mode == Mode::Standby {
             return None;
         }
         let speed = self.servo.reference().forward().abs();
-        let reached = self.checkpoints.arrive(&p.checkpoints, self.pose(p), speed)?;
+        let here = || self.odometry.pose(&p.odometry);
+        let reached = self.checkpoints.arrive(&p.checkpoints, here, speed)?;
         self.arrivals = self.arrivals.wrapping_add(1);
         if reached.is_goal && self.mode == Mode::Navigate {
             self.goals = self.goals.wrapping_add(1);

@@ -126,7 +126,9 @@ pub trait Scalar:
     /// The value brought into `low..=high`; anything unordered (NaN) becomes `low`.
     #[must_use]
     fn clamp(self, low: Self, high: Self) -> Self {
-        if self >= low { self.min(high) } else { low }
+        // Two selections, which a processor may have as instructions; NaN is not greater.
+        let raised = if self > low { self } else { low };
+        raised.min(high)
     }
 
     /// The value, or zero where it is not a number or beyond [`Scalar::LIMIT`] by saturation.

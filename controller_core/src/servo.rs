@@ -60,6 +60,8 @@ struct Wheel<S> {
 }
 
 impl<S: Scalar> Wheel<S> {
+    // On a host only, see `controller::tick`.
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     fn step(&mut self, p: &ServoParameters<S>, target_mps: S, counted: i32) -> S {
         let change = target_mps - self.reference_mps;
         self.reference_mps += change.clamp(-p.acceleration_per_tick_mps, p.acceleration_per_tick_mps);
@@ -104,6 +106,8 @@ pub struct Servo<S> {
 
 impl<S: Scalar> Servo<S> {
     /// One tick: the commanded speeds and the counts since the last tick give the motors' drive.
+    // On a host only, see `controller::tick`.
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn step(
         &mut self,
         p: &ServoParameters<S>,

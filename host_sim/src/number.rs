@@ -18,3 +18,9 @@ pub fn narrow(value: f64) -> f32 {
 pub fn narrow_point(point: Point2<f64>) -> Point<f32> {
     Point { x_m: narrow(point.x), y_m: narrow(point.y) }
 }
+
+/// The lower 32 bits.
+#[must_use]
+pub fn low_word(bits: u64) -> u32 {
+    u32::try_from(bits & 0xFFFF_FFFF).unwrap_or(0)
+}

@@ -144,6 +144,8 @@ fn point_from<S: Scalar>(point: Point<f32>) -> Point<S> {
 impl<S: Scalar, O: Output<S>> ControllerPort for Sil<S, O> {
     type Error = Infallible;
 
+    // So that inputs and outputs need not be built in memory.
+    #[inline(always)]
     fn step(&mut self, now: Tick, inputs: &Inputs<f32, SENSORS>) -> Result<Outputs<f32>, Infallible> {
         Ok(self.controller.step(&self.parameters, now, &inputs.converted()).to_f32())
     }

@@ -10,7 +10,7 @@ use controller_core::units::Pose;
 use nalgebra::Point2;
 
 use crate::khepera::{Khepera, KheperaModel, TICK_S, TruePose, wrapped};
-use crate::number::narrow;
+use crate::number::{low_word, narrow};
 use crate::proximity_model::{ProximityRing, SENSORS};
 use crate::random::{Purpose, Stream};
 use crate::scenario::NoiseLevels;
@@ -94,6 +94,8 @@ pub struct Simulation<'w, C> {
     /// The controller.
     pub controller: C,
     world: &'w World,
+    /// Way of the fastest mover in a tick.
+    mover_way_m: f64,
     robot: Khepera,
     ring: ProximityRing,
     pose_noise: (f64, f64),
@@ -127,6 +129,7 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
         Self {
             controller,
             world,
+            mover_way_m: world.fastest_mover_m_s() * TICK_S,
             robot: Khepera::new(model, start, Stream::new(seed, Purpose::Slip)),
             ring,
             pose_noise: (noise.pose_position_m, noise.pose_heading_rad),
@@ -187,10 +190,10 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
     fn move_robot(&mut self, outputs: &Outputs<f32>) {
         let before = self.robot.pose().position;
         let way = self.robot.tick(outputs.drive);
-        let length = way.norm();
+        let length = self.robot.way_m();
         let t_s = self.time_s() + TICK_S;
         let radius = self.robot.model().body_radius_m;
-        let moved = length + self.world.fastest_mover_m_s() * TICK_S;
+        let moved = length + self.mover_way_m;
         let wished = before + way;
         if self.contact.is_clear(self.world, wished, radius, moved, t_s) {
             self.way_m += length;
@@ -256,14 +259,9 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
     }
 }
 
-/// The lower 32 bits.
-fn low_word(bits: u64) -> u32 {
-    u32::try_from(bits & 0xFFFF_FFFF).unwrap_or(0)
-}
-
 /// Ticks as seconds; exact for 285,000 years.
 #[allow(clippy::cast_precision_loss, reason = "exact below 2^53 ticks")]
 #[must_use]
 pub fn seconds(tick: Tick) -> f64 {
-    tick as f64 * TICK_S
+    tick.cast_signed() as f64 * TICK_S
 }

@@ -182,7 +182,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Map<S, O,
     /// Whether any neuron has won in training.
     #[must_use]
     pub fn is_trained(&self) -> bool {
-        self.won.iter().any(|&column| column != 0)
+        self.won.iter().fold(0, |any, column| any | column) != 0
     }
 
     /// All eligible neurons with their index and weight, column by column.

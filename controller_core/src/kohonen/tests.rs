@@ -21,7 +21,8 @@ fn features<S: Scalar>((bearing, distance): (f32, f32)) -> Features<S> {
 fn folding_keeps_the_place<S: Scalar>(bearing: f32, distance: f32) {
     let place = features::<S>((bearing, distance));
     let folded = place.folded();
-    assert!(wide(folded.bearing.abs()) <= core::f64::consts::FRAC_PI_2 + 1e-5, "{folded:?}");
+    // Straight aside counts as ahead.
+    assert!(wide(folded.bearing.abs()) <= core::f64::consts::FRAC_PI_2 + 1e-3 + 1e-5, "{folded:?}");
     let back = folded.unfolded();
     assert!(apart(wide(back.bearing), wide(place.bearing)).abs() < 1e-5, "{place:?} became {back:?}");
     assert_eq!(back.distance, place.distance);

@@ -6,9 +6,9 @@
 
 use crate::kohonen::features::Features;
 use crate::kohonen::lattice::NeuronIndex;
-use crate::kohonen::map::{Map, WinnerParameters};
+use crate::kohonen::map::Map;
 use crate::kohonen::output::Output;
-use crate::motor_control::Aim;
+use crate::motor_control::ReachingParameters;
 use crate::scalar::Scalar;
 use crate::units::angle_between;
 
@@ -21,9 +21,9 @@ pub struct TargetFieldParameters<S> {
     pub bearing_steepness: S,
     /// 1 / (√2 `σ_ad`), per reach.
     pub distance_steepness: S,
-    /// Where the map is aimed. Its `far` is also where the field of a far target is centred, and so the speed at which
-    /// the robot cruises.
-    pub aim: Aim<S>,
+    /// From this distance (features) on the target counts as far. It is also where the field of a far target is
+    /// centred, and so the speed at which the robot cruises.
+    pub far: Option<S>,
 }
 
 /// The target field: its centre stands for all of it, since every `a_i` follows from it.
@@ -31,7 +31,7 @@ pub struct TargetFieldParameters<S> {
 pub struct TargetField<S> {
     /// Where the target itself is.
     pub target: Features<S>,
-    /// Where the map is aimed (see [`Aim`]): the `u_p` of `M_k u_p`.
+    /// Where the map is aimed (see [`crate::motor_control::Aim`]): the `u_p` of `M_k u_p`.
     pub aim: Features<S>,
     /// The winner s.
     pub winner: NeuronIndex,
@@ -45,11 +45,11 @@ impl<S: Scalar> TargetField<S> {
     pub fn localise<O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
         map: &Map<S, O, COLUMNS, ROWS>,
         p: &TargetFieldParameters<S>,
-        winner: &WinnerParameters<S>,
+        reaching: &ReachingParameters<S>,
         target: Features<S>,
     ) -> Option<Self> {
-        let aim = p.aim.at(target);
-        let winner = map.winner(winner, aim, winner.eligible)?;
+        let aim = reaching.aim.at(p.far, target);
+        let winner = map.winner(&reaching.winner, aim, reaching.winner.eligible)?;
         Some(Self { target, aim, winner, centre: map.place(winner) })
     }
 

@@ -184,13 +184,21 @@ impl<S: Scalar, const CAPACITY: usize> Checkpoints<S, CAPACITY> {
     }
 
     /// Removes the current checkpoint where the robot is near enough and, at the goal, slow enough to stop there.
-    pub fn arrive(&mut self, p: &CheckpointParameters<S>, here: Pose<S>, speed_mps: S) -> Option<Reached> {
+    ///
+    /// The pose is asked for only where the speed does not settle it.
+    pub fn arrive(
+        &mut self,
+        p: &CheckpointParameters<S>,
+        here: impl FnOnce() -> Pose<S>,
+        speed_mps: S,
+    ) -> Option<Reached> {
+        let current = self.current()?;
         let is_goal = self.ahead.len() == 1;
         if is_goal && speed_mps > p.goal_speed_mps {
             return None;
         }
         let tolerance = if is_goal { p.goal_tolerance_m } else { p.tolerance_m };
-        let current = self.current()?;
+        let here = here();
         // Every millisecond: spare the root while it is farther than the tolerance along an axis.
         if (current.x_m - here.x_m).abs() >= tolerance || (current.y_m - here.y_m).abs() >= tolerance {
             return None;
@@ -223,16 +231,16 @@ mod tests {
         };
         let mut points = Checkpoints::<S, 3>::default();
         points.replace_all(&[Point::from_metres(0.1, 0.0), Point::from_metres(0.2, 0.0)]).unwrap();
-        assert_eq!(points.arrive(&p, at(0.0, 0.0), S::ZERO), None);
-        assert_eq!(points.arrive(&p, at(0.097, 0.0), S::ONE), Some(Reached { number: 0, is_goal: false }));
+        assert_eq!(points.arrive(&p, || at(0.0, 0.0), S::ZERO), None);
+        assert_eq!(points.arrive(&p, || at(0.097, 0.0), S::ONE), Some(Reached { number: 0, is_goal: false }));
         points.replace(1, Point::from_metres(0.3, 0.1)).unwrap();
         assert_eq!(
             points.replace(0, Point::from_metres(0.0, 0.0)),
             Err(CheckpointError::NotAhead { number: 0, first: 1, end: 2 })
         );
-        assert_eq!(points.arrive(&p, at(0.297, 0.1), S::ZERO), None, "the goal is stricter");
-        assert_eq!(points.arrive(&p, at(0.299, 0.1), S::ONE), None, "too fast to stop here");
-        assert_eq!(points.arrive(&p, at(0.299, 0.1), S::ZERO), Some(Reached { number: 1, is_goal: true }));
+        assert_eq!(points.arrive(&p, || at(0.297, 0.1), S::ZERO), None, "the goal is stricter");
+        assert_eq!(points.arrive(&p, || at(0.299, 0.1), S::ONE), None, "too fast to stop here");
+        assert_eq!(points.arrive(&p, || at(0.299, 0.1), S::ZERO), Some(Reached { number: 1, is_goal: true }));
         assert_eq!(points.current(), None);
         assert_eq!(
             points.append(&[Point::default(); 4]),

@@ -96,7 +96,7 @@ impl Scalar for f32 {
         const PI_2_HIGH: f32 = 1.570_312_5;
         const PI_2_LOW: f32 = 4.838_268e-4;
         let turns = self.abs() * FRAC_2_PI + 0.5;
-        let quadrant = whole(turns.min(64.0));
+        let quadrant = whole(turns).min(64);
         let k = float(quadrant.cast_signed());
         let r = (self.abs() - k * PI_2_HIGH) - k * PI_2_LOW;
         let z = r * r;

@@ -41,6 +41,8 @@ impl<S: Scalar> Odometry<S> {
     /// The counts since the last call, also across a wrap-around of the counters; none at the first call.
     ///
     /// More than 2¹⁵ counts in one tick are no motion but a reset of the counters, and count as none.
+    // On a host only, see `controller::tick`.
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn advance(&mut self, p: &OdometryParameters<S>, counts: EncoderCounts) -> EncoderCounts {
         let last = self.last.replace(counts).unwrap_or(counts);
         let moved = |now: i32, before: i32| {
@@ -49,12 +51,15 @@ impl<S: Scalar> Odometry<S> {
         };
         let delta =
             EncoderCounts { left: moved(counts.left, last.left), right: moved(counts.right, last.right) };
-        if delta != EncoderCounts::default() {
+        // One test of both: which wheel has counted in a tick is hard to predict.
+        if delta.left | delta.right != 0 {
             self.integrate(p, delta);
         }
         delta
     }
 
+    // On a host only, see `controller::tick`.
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     fn integrate(&mut self, p: &OdometryParameters<S>, delta: EncoderCounts) {
         let turned = delta.right - delta.left;
         let before = self.heading_rad;
