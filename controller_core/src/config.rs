@@ -155,6 +155,11 @@ pub struct LearningConfig {
     pub regularisation: f32,
     /// Shorter moves teach nothing, in features (1 = a radian, or the reach).
     pub shortest_move: f32,
+    /// A settled map that lately is wrong by so many times what is usual takes the robot for changed, and learns quickly
+    /// again; 0 switches it off.
+    pub surprise_ratio: f32,
+    /// The schedules then go back to this step.
+    pub surprised_age: u16,
     /// How far a gradient step goes.
     pub step: StepRule,
     /// How a move is measured.
@@ -357,6 +362,8 @@ impl Default for LearningConfig {
             exploration_last: 0.12,
             regularisation: 0.02,
             shortest_move: 0.025,
+            surprise_ratio: 1.7,
+            surprised_age: 500,
             step: StepRule::Normalised,
             displacement: Displacement::HalfTurn,
             chart: Chart::Signed,
@@ -764,10 +771,10 @@ impl Config {
             weight_rate: annealing(l.weight_rate_first, l.weight_rate_last),
             neighbourhood: annealing(l.neighbourhood_first, l.neighbourhood_last),
             exploration: annealing(l.exploration_first, l.exploration_last),
-            normalisation: match l.step {
-                StepRule::Normalised => Some(S::from_f32(l.regularisation)),
-                StepRule::Plain => None,
-            },
+            regularisation: S::from_f32(l.regularisation),
+            surprise_ratio: S::from_f32(l.surprise_ratio),
+            surprised_age: l.surprised_age,
+            step: l.step,
             displacement: l.displacement,
             chart: l.chart,
             shortest_move: S::from_f32(l.shortest_move),

@@ -9,6 +9,7 @@ use crate::deliberation::Deliberation;
 use crate::integration::neural::Decision;
 use crate::kohonen::map::Map;
 use crate::kohonen::output::{ControlMatrix, Output};
+use crate::kohonen::self_organisation::Plasticity;
 use crate::localisation::obstacle::ObstacleField;
 use crate::localisation::target::TargetField;
 use crate::planning::checkpoint::{Checkpoints, Reached};
@@ -22,8 +23,8 @@ use crate::units::{EncoderCounts, Pose, WheelDrive, WheelSpeeds};
 
 /// Checkpoints held at a time.
 pub const CHECKPOINTS: usize = 16;
-/// Obstacle points remembered at a time: half a second of scans, most of them merged.
-pub const MEMORY_POINTS: usize = 24;
+/// Obstacle points remembered at a time: those of the last scans, most of them merged.
+pub const MEMORY_POINTS: usize = 20;
 
 /// What the controller is to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -234,6 +235,12 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     #[must_use]
     pub fn map(&self) -> &Map<S, O, COLUMNS, ROWS> {
         self.deliberation.map()
+    }
+
+    /// How surprised the map has been of late.
+    #[must_use]
+    pub fn plasticity(&self) -> &Plasticity<S> {
+        self.deliberation.plasticity()
     }
 
     /// Training steps so far.

@@ -14,7 +14,7 @@ use crate::kohonen::features::{Chart, Command};
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::Map;
 use crate::kohonen::output::{ControlMatrix, Output};
-use crate::kohonen::self_organisation::{Displacement, displacement, place_reached, train};
+use crate::kohonen::self_organisation::{Displacement, Plasticity, displacement, place_reached, train};
 use crate::list::first;
 use crate::localisation::detour::Detour;
 use crate::localisation::memory::ObstacleMemory;
@@ -68,6 +68,7 @@ pub struct Deliberation<
     arrivals: u16,
     goals: u16,
     trained_steps: u32,
+    plasticity: Plasticity<S>,
     step: Option<TrainingStep<S>>,
 }
 
@@ -106,6 +107,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         arrivals: 0,
         goals: 0,
         trained_steps: 0,
+        plasticity: Plasticity::NEW,
         step: None,
     };
 
@@ -129,6 +131,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             arrivals: 0,
             goals: 0,
             trained_steps,
+            plasticity: Plasticity::NEW,
             step: None,
         }
     }
@@ -295,8 +298,12 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
                 chart => chart.coordinates(reached.unfolded()),
             };
             let winner = &p.reaching.winner;
-            train(&mut self.map, &p.learning, winner, self.trained_steps, reached, step.command);
+            let age = self.plasticity.age(self.trained_steps);
+            let lesson = train(&mut self.map, &p.learning, winner, age, reached, step.command);
             self.trained_steps = self.trained_steps.saturating_add(1);
+            if let Some(surprise) = lesson.and_then(|lesson| lesson.surprise) {
+                self.plasticity.heed(&p.learning, self.trained_steps, surprise);
+            }
         } else if !self.map.is_trained() {
             self.map.spread(p.learning.chart);
         }
@@ -304,7 +311,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             .target
             .and_then(|at| motor_control::reach(&self.map, &p.reaching, p.scaling.features(here.see(at))))
             .map_or_else(Command::default, |(_, command)| command);
-        let amplitude = p.learning.exploration.at(self.trained_steps);
+        let amplitude = p.learning.exploration.at(self.plasticity.age(self.trained_steps));
         let draw = |x: S| x.clamp(-S::ONE, S::ONE) * amplitude;
         let command =
             Command { left: wished.left + draw(exploration[0]), right: wished.right + draw(exploration[1]) }
@@ -324,6 +331,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
 
     /// The map, to be replaced neuron by neuron while the robot stands by; and the training steps it has seen.
     pub fn map_mut(&mut self) -> (&mut Map<S, O, COLUMNS, ROWS>, &mut u32) {
+        self.plasticity = Plasticity::NEW;
         (&mut self.map, &mut self.trained_steps)
     }
 
@@ -331,6 +339,12 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     #[must_use]
     pub fn trained_steps(&self) -> u32 {
         self.trained_steps
+    }
+
+    /// How surprised the map has been of late.
+    #[must_use]
+    pub fn plasticity(&self) -> &Plasticity<S> {
+        &self.plasticity
     }
 
     /// Detected points of the last scan that obstacle avoidance has worked with, robot frame.

@@ -9,10 +9,11 @@ use controller_core::config::{Config, ConfigError};
 use crate::scenario::{ScenarioError, toml_document};
 
 /// The configurations that are part of the program: name and text.
-pub const BUILTIN: [(&str, &str); 3] = [
+pub const BUILTIN: [(&str, &str); 4] = [
     ("precise", include_str!("../configs/precise.toml")),
     ("p1", include_str!("../configs/p1.toml")),
     ("literal", include_str!("../configs/literal.toml")),
+    ("large", include_str!("../configs/large.toml")),
 ];
 
 /// Why a file is not a configuration.
@@ -20,8 +21,8 @@ pub const BUILTIN: [(&str, &str); 3] = [
 pub enum ConfigFileError {
     /// It cannot be read.
     #[error(
-        "{file}: cannot be read ({source}); `config` prints a file to begin with, and `precise`, `p1` and `literal` \
-         are built in"
+        "{file}: cannot be read ({source}); `config` prints a file to begin with, and `precise`, `p1`, `literal` \
+         and `large` are built in"
     )]
     Unreadable {
         /// Path as given.

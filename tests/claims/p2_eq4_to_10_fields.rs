@@ -159,8 +159,7 @@ enum Compared {
 fn compare<S: Scalar>(pair: &mut Pair<S>) -> Compared {
     let target = pair.draw_target();
     let detections = pair.draw_detections();
-    let field =
-        TargetField::localise(&pair.map, &pair.p.neural.target, &pair.p.reaching.winner, target).unwrap();
+    let field = TargetField::localise(&pair.map, &pair.p.neural.target, &pair.p.reaching, target).unwrap();
     let obstacles = pair.renewed(&detections);
     let p = &pair.p;
     let sweep = |_: Polar<S>| S::ZERO;
@@ -246,7 +245,7 @@ fn the_target_field_is_elongated_across_the_target<S: Scalar>() {
     for _ in 0..500 {
         let target = pair.draw_target();
         let field =
-            TargetField::localise(&pair.map, &pair.p.neural.target, &pair.p.reaching.winner, target).unwrap();
+            TargetField::localise(&pair.map, &pair.p.neural.target, &pair.p.reaching, target).unwrap();
         let p = &pair.p.neural.target;
         let at = |bearing: f64, distance: f64| {
             let place = Features {

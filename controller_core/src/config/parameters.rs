@@ -316,6 +316,8 @@ parameters! {
     learning.step: StepRule, "1", 0.0, 1.0 => StepRule::MUST;
     learning.displacement: Displacement, "1", 0.0, 1.0 => Displacement::MUST;
     learning.chart: Chart, "1", 0.0, 1.0 => Chart::MUST;
+    learning.surprise_ratio: f32, "1", 0.0, 100.0 => "0 (never) or a ratio up to 100";
+    learning.surprised_age: u16, "1", 0.0, 65_535.0 => "between 0 and 65,535";
 }
 
 const _: () = assert!(PARAMETER_COUNT <= 255, "the link numbers parameters in a byte");

@@ -14,6 +14,8 @@
 //!   beyond that: the same place is reached by another arc backwards, and one map cannot hold both.
 //! * **Schedules**: η, the rate of the weights and the width of G fall exponentially over the first
 //!   `annealing_steps`, then stay: online learning goes on for ever.
+//! * **Surprise** ([`Plasticity`]): where a map that has settled is wrong for long, the robot has changed, and the
+//!   schedules go back some way. The papers' constant η follows a change as slowly as it once learned.
 //! * **Normalised step** ([`StepRule`]), see [`crate::kohonen::output`].
 
 use crate::kohonen::features::{Chart, Command, Features};
@@ -106,8 +108,14 @@ pub struct LearningParameters<S> {
     pub neighbourhood: Annealing<S>,
     /// Amplitude of the random part of a command, in units of c*.
     pub exploration: Annealing<S>,
-    /// ε of the normalised step; `None` for the plain gradient.
-    pub normalisation: Option<S>,
+    /// ε of the normalised step.
+    pub regularisation: S,
+    /// A surprise this many times the usual one makes a settled map learn quickly again; 0 if none does.
+    pub surprise_ratio: S,
+    /// The age that a surprised map takes on.
+    pub surprised_age: u16,
+    /// How far a gradient step goes.
+    pub step: StepRule,
     /// How a move is measured.
     pub displacement: Displacement,
     /// The coordinates of the map.
@@ -120,6 +128,67 @@ pub struct LearningParameters<S> {
 #[must_use]
 pub fn place_reached<S: Scalar>(start: Pose<S>, end: Pose<S>) -> Polar<S> {
     start.see(Point { x_m: end.x_m, y_m: end.y_m })
+}
+
+/// What a step taught.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lesson<S> {
+    /// The winner for v.
+    pub winner: NeuronIndex,
+    /// By how much the winner was wrong: `|c − M_k v| / |c|`. `None` where it had nothing to say yet, or where c was too
+    /// small to tell.
+    pub surprise: Option<S>,
+}
+
+/// Commands shorter than this, of the two wheels together in c*, surprise nobody: encoders and slip are all they show.
+const TELLING_COMMAND: f32 = 0.25;
+
+/// Steps over which surprises are averaged: one odd move is not a changed robot.
+const LATELY_STEPS: f32 = 32.0;
+
+/// Steps over which what is usual is averaged.
+const USUAL_STEPS: f32 = 256.0;
+
+/// Where the schedules stand: at the number of trained steps, unless a surprise has put them back.
+///
+/// What surprises is a map that is wrong more often than it usually is: how wrong that is depends on the robot's slip
+/// and inertia.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Plasticity<S> {
+    lately: S,
+    usual: S,
+    /// Steps that the schedules are behind.
+    behind: u32,
+}
+
+impl<S: Scalar> Plasticity<S> {
+    /// Never surprised.
+    pub const NEW: Self = Self { lately: S::ZERO, usual: S::ZERO, behind: 0 };
+
+    /// The step at which the schedules stand after so many steps of training.
+    #[must_use]
+    pub fn age(&self, trained_steps: u32) -> u32 {
+        trained_steps.saturating_sub(self.behind)
+    }
+
+    /// Takes in what a step taught.
+    pub fn heed(&mut self, parameters: &LearningParameters<S>, trained_steps: u32, surprise: S) {
+        let (age, settled_age) = (self.age(trained_steps), u32::from(parameters.output_rate.steps));
+        self.lately += (surprise.min(S::ONE) - self.lately) * S::from_f32(1.0 / LATELY_STEPS);
+        // A map that has just begun is wrong all the time; what is usual shows when it is nearly done.
+        let share = if age < settled_age / 2 { S::ONE } else { S::from_f32(1.0 / USUAL_STEPS) };
+        self.usual += (self.lately - self.usual) * share;
+        let ratio = parameters.surprise_ratio;
+        if age >= settled_age && ratio > S::ZERO && self.lately > ratio * self.usual {
+            self.behind = trained_steps.saturating_sub(u32::from(parameters.surprised_age));
+        }
+    }
+
+    /// By how much the map was wrong on average, see [`Lesson::surprise`]: lately, and usually.
+    #[must_use]
+    pub fn surprise(&self) -> (S, S) {
+        (self.lately, self.usual)
+    }
 }
 
 /// The displacement `v` between two poses, given the heading change without wrapping: [`Displacement::HalfTurn`].
@@ -149,7 +218,7 @@ fn teaches<S: Scalar>(parameters: &LearningParameters<S>, reached: Features<S>) 
         && S::hypot(reached.bearing, reached.distance) >= parameters.shortest_move
 }
 
-/// One step of online training; returns the winner for v, or `None` where the move teaches nothing.
+/// One step of online training, with the schedules at `step`; `None` where the move teaches nothing.
 pub fn train<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     map: &mut Map<S, O, COLUMNS, ROWS>,
     parameters: &LearningParameters<S>,
@@ -157,16 +226,21 @@ pub fn train<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     step: u32,
     reached: Features<S>,
     executed: Command<S>,
-) -> Option<NeuronIndex> {
+) -> Option<Lesson<S>> {
     if !teaches(parameters, reached) {
         return None;
     }
     let k = map.winner(winner, reached, Eligible::All)?;
+    let surprise = map.has_won(k).then(|| surprise(map.command_at(k, reached), executed)).flatten();
     map.mark_won(k);
     let sigma = parameters.neighbourhood.at(step);
     // Both axes fit the larger table: lattices are of tens of neurons a side.
     let g = Neighbourhood::<S, 32>::new(sigma);
     let (output_rate, weight_rate) = (parameters.output_rate.at(step), parameters.weight_rate.at(step));
+    let normalisation = match parameters.step {
+        StepRule::Normalised => Some(parameters.regularisation),
+        StepRule::Plain => None,
+    };
     // A gain this small moves no 16-bit weight and no f32 weight that matters; skipping it saves most of the work.
     let negligible = S::from_f32(1e-4);
     for (column, neurons) in map.columns_mut().enumerate() {
@@ -186,8 +260,14 @@ pub fn train<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
             neuron.bearing = (bearing + pull * (reached.bearing - bearing)).to_weight();
             neuron.distance = (distance + pull * (reached.distance - distance)).to_weight();
             // ΔM = η G (c − M v) vᵀ, Eq. 8.
-            neuron.output.learn(reached, executed, output_rate * gain, parameters.normalisation);
+            neuron.output.learn(reached, executed, output_rate * gain, normalisation);
         }
     }
-    Some(k)
+    Some(Lesson { winner: k, surprise })
+}
+
+fn surprise<S: Scalar>(said: Command<S>, executed: Command<S>) -> Option<S> {
+    let length = S::hypot(executed.left, executed.right);
+    let missed = S::hypot(executed.left - said.left, executed.right - said.right);
+    (length >= S::from_f32(TELLING_COMMAND)).then(|| missed / length)
 }
