@@ -24,7 +24,7 @@ use crate::units::{EncoderCounts, Pose, WheelDrive, WheelSpeeds};
 /// Checkpoints held at a time.
 pub const CHECKPOINTS: usize = 16;
 /// Obstacle points remembered at a time: those of the last scans, most of them merged.
-pub const MEMORY_POINTS: usize = 20;
+pub const MEMORY_POINTS: usize = 18;
 
 /// What the controller is to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -134,3 +134,57 @@ pub fn reach<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     let k = map.winner(&parameters.winner, place, parameters.winner.eligible)?;
     Some((k, command_of(map, parameters.beyond, k, place)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Aim, CommandUnit};
+    use crate::kohonen::features::{Chart, Features};
+    use crate::scalar::{Fixed, Scalar};
+    use crate::units::WheelSpeeds;
+
+    fn aimed<S: Scalar>(chart: Chart, bearing: f32, distance: f32) -> (f32, f32) {
+        let s = S::from_f32;
+        let aim = Aim { near: s(0.05), near_bearing: s(0.1), chart };
+        let place = aim.at(Some(s(0.9)), Features { bearing: s(bearing), distance: s(distance) });
+        (place.bearing.to_f32(), place.distance.to_f32())
+    }
+
+    fn assert_aim<S: Scalar>(chart: Chart, target: (f32, f32), expected: (f32, f32)) {
+        let (bearing, distance) = aimed::<S>(chart, target.0, target.1);
+        let (off, away) = (bearing - expected.0, distance - expected.1);
+        assert!(off.abs() < 1e-5 && away.abs() < 1e-5, "{chart:?} {target:?}: {bearing}, {distance}");
+    }
+
+    fn check<S: Scalar>() {
+        let signed = |target, expected| assert_aim::<S>(Chart::Signed, target, expected);
+        signed((0.4, 3.0), (0.2, 0.9));
+        signed((0.4, 0.5), (0.4, 0.5));
+        // Near: ahead it is driven to, aside and behind the robot turns until it is ahead or straight behind.
+        signed((0.09, 0.04), (0.09, 0.04));
+        signed((0.4, 0.04), (0.2, 0.0));
+        signed((3.1, 0.04), (3.1 - core::f32::consts::PI, -0.04));
+        signed((2.5, 0.04), ((2.5 - core::f32::consts::PI) / 2.0, 0.0));
+        // Behind: backed up to while the map reaches there.
+        signed((3.0, 0.2), (3.0 - core::f32::consts::PI, -0.2));
+        signed((3.0, 0.4), (1.5, 0.0));
+        assert_aim::<S>(Chart::Unsigned, (3.0, 0.2), (3.0, 0.2));
+        assert_aim::<S>(Chart::Unsigned, (3.0, 0.4), (3.0, 0.4));
+
+        let unit = CommandUnit::<S>::new(0.008);
+        let rounded = |speed: f32| {
+            let speeds = WheelSpeeds { left_mps: S::from_f32(speed), right_mps: S::from_f32(-speed) };
+            let rounded = unit.rounded(speeds);
+            assert!((rounded.left_mps + rounded.right_mps).abs() < S::from_f32(1e-6), "odd: {rounded:?}");
+            rounded.left_mps.to_f32()
+        };
+        for (speed, expected) in [(0.0, 0.0), (0.0039, 0.0), (0.0041, 0.008), (0.1599, 0.16)] {
+            assert!((rounded(speed) - expected).abs() < 2e-5, "{speed} became {}", rounded(speed));
+        }
+    }
+
+    #[test]
+    fn aims_and_units_in_both_scalars() {
+        check::<f32>();
+        check::<Fixed>();
+    }
+}

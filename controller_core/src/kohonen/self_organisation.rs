@@ -155,15 +155,18 @@ const USUAL_STEPS: f32 = 256.0;
 /// and inertia.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Plasticity<S> {
+    /// How wrong the map was lately.
     lately: S,
-    usual: S,
+    /// How right it usually is: 1 less how wrong. So all of a new one is zero, which costs a board no flash.
+    reliability: S,
     /// Steps that the schedules are behind.
     behind: u32,
 }
 
 impl<S: Scalar> Plasticity<S> {
-    /// Never surprised.
-    pub const NEW: Self = Self { lately: S::ZERO, usual: S::ZERO, behind: 0 };
+    /// Never surprised. A map that comes from elsewhere is taken to be always wrong until it shows otherwise: nothing is
+    /// known of what is usual.
+    pub const NEW: Self = Self { lately: S::ZERO, reliability: S::ZERO, behind: 0 };
 
     /// The step at which the schedules stand after so many steps of training.
     #[must_use]
@@ -177,9 +180,9 @@ impl<S: Scalar> Plasticity<S> {
         self.lately += (surprise.min(S::ONE) - self.lately) * S::from_f32(1.0 / LATELY_STEPS);
         // A map that has just begun is wrong all the time; what is usual shows when it is nearly done.
         let share = if age < settled_age / 2 { S::ONE } else { S::from_f32(1.0 / USUAL_STEPS) };
-        self.usual += (self.lately - self.usual) * share;
+        self.reliability += (S::ONE - self.lately - self.reliability) * share;
         let ratio = parameters.surprise_ratio;
-        if age >= settled_age && ratio > S::ZERO && self.lately > ratio * self.usual {
+        if age >= settled_age && ratio > S::ZERO && self.lately > ratio * (S::ONE - self.reliability) {
             self.behind = trained_steps.saturating_sub(u32::from(parameters.surprised_age));
         }
     }
@@ -187,7 +190,7 @@ impl<S: Scalar> Plasticity<S> {
     /// By how much the map was wrong on average, see [`Lesson::surprise`]: lately, and usually.
     #[must_use]
     pub fn surprise(&self) -> (S, S) {
-        (self.lately, self.usual)
+        (self.lately, S::ONE - self.reliability)
     }
 }
 
@@ -270,4 +273,52 @@ fn surprise<S: Scalar>(said: Command<S>, executed: Command<S>) -> Option<S> {
     let length = S::hypot(executed.left, executed.right);
     let missed = S::hypot(executed.left - said.left, executed.right - said.right);
     (length >= S::from_f32(TELLING_COMMAND)).then(|| missed / length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Displacement, Plasticity, place_reached};
+    use crate::config::Config;
+    use crate::scalar::{Fixed, Scalar};
+    use crate::units::Pose;
+
+    fn check<S: Scalar>() {
+        let parameters = Config::default().build::<S, 12>().unwrap().learning;
+        let settled = u32::from(Config::default().learning.annealing_steps);
+        let mut plasticity = Plasticity::NEW;
+        let mut step = 0;
+        let mut heed = |surprise: f32, steps: u32| {
+            for _ in 0..steps {
+                step += 1;
+                plasticity.heed(&parameters, step, S::from_f32(surprise));
+            }
+            (step, plasticity.age(step))
+        };
+        // However wrong a young map is, its schedules run on.
+        assert_eq!(heed(0.9, 500), (500, 500));
+        assert_eq!(heed(0.04, 4500), (5000, 5000));
+        // One odd move changes nothing; a changed robot puts the schedules back, once.
+        assert_eq!(heed(1.0, 1), (5001, 5001));
+        assert_eq!(heed(0.04, 500).1, 5501);
+        let (now, age) = heed(0.2, 200);
+        let surprised = u32::from(Config::default().learning.surprised_age);
+        assert!(age < settled && age >= surprised, "{age} after {now} steps");
+        // What has become usual surprises no longer.
+        assert_eq!(heed(0.2, 3000).1, age + 3000);
+    }
+
+    #[test]
+    fn only_lasting_surprise_puts_the_schedules_back() {
+        check::<f32>();
+        check::<Fixed>();
+    }
+
+    #[test]
+    fn the_literal_displacement_is_the_place_seen_from_the_start() {
+        assert_eq!(Displacement::default(), Displacement::HalfTurn);
+        let pose = |x_m, y_m, heading_rad| Pose { x_m, y_m, heading_rad };
+        let place = place_reached::<f32>(pose(1.0, 1.0, 1.0), pose(1.0, 1.5, 3.0));
+        assert!((place.distance_m - 0.5).abs() < 1e-6, "{place:?}");
+        assert!((place.bearing_rad - (core::f32::consts::FRAC_PI_2 - 1.0)).abs() < 1e-6, "{place:?}");
+    }
 }
