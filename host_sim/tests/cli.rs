@@ -188,13 +188,13 @@ fn the_papers_positioning_experiment_is_repeated() {
     let line =
         ["evaluate", "positioning", "--trials", "2", "--steps", "300", "--every", "200", "--targets", "3"];
     let text = ok(folder.path(), &[&line[..], &["--mapping", "indirect", "--out", "fig"]].concat());
-    for expected in ["indirect, f32", "indirect, fixed", "analytic inverse", "steps until all trials"] {
+    for expected in ["precise, indirect, f32", "p1, indirect, fixed", "p1, analytic", "P1, figures: direct"] {
         assert!(text.contains(expected), "{expected}: {text}");
     }
     let csv = std::fs::read_to_string(folder.path().join("fig/positioning.csv")).unwrap();
-    // Two tests of two trials of two kinds.
-    assert_eq!(csv.lines().count(), 1 + 2 * 2 * 2);
-    for figure in ["p1_fig4.svg", "p1_fig5a.svg"] {
+    // Two tests of two trials of two settings in two arithmetics.
+    assert_eq!(csv.lines().count(), 1 + 2 * 2 * 2 * 2);
+    for figure in ["p1_fig4.svg", "p1_fig5a.svg", "p1_fig5b.svg", "p1_fig6.svg"] {
         let svg = std::fs::read_to_string(folder.path().join("fig").join(figure)).unwrap();
         assert!(svg.contains("indirect, fixed"), "{figure}");
     }
@@ -203,9 +203,48 @@ fn the_papers_positioning_experiment_is_repeated() {
         json(folder.path(), &line)
     };
     let document = one("1");
-    assert_eq!(document["kinds"].as_array().unwrap().len(), 2, "both mappings");
+    assert_eq!(document["kinds"].as_array().unwrap().len(), 4, "both settings, both mappings");
     assert_eq!(document["kinds"][0]["trials"][1]["points"][1]["steps"], 300);
     assert_eq!(document, one("2"), "whatever the threads");
+    let ablation = ok(folder.path(), &[&line[..], &["--config", "precise", "--ablate"]].concat());
+    for instead in ["(nothing changed)", "plain gradient", "speeds in units of 8 mm/s"] {
+        assert!(ablation.contains(instead), "{instead}: {ablation}");
+    }
+}
+
+#[test]
+fn a_changed_robot_is_learned_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let line =
+        ["evaluate", "calibration", "--trials", "2", "--steps", "100", "--further", "30", "--targets", "1"];
+    let text = ok(folder.path(), &[&line[..], &["--every", "20", "--out", "fig"]].concat());
+    for expected in ["wheel base + 20 %", "left motor − 20 %", "without learning", "30 steps later"] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    assert_eq!(files_in(&folder.path().join("fig")), ["self_calibration.svg"]);
+    let document = json(folder.path(), &[&line[..], &["--json"]].concat());
+    let change = &document["changes"][0];
+    let missed = |when: &str| change[when]["one_step_error_m"].as_f64().unwrap();
+    assert!(missed("before") > 0.0 && missed("without_learning") > 0.0, "{change}");
+    assert_eq!(
+        change["learning"].as_array().unwrap().len(),
+        1,
+        "every 100 steps, but at the end in any case"
+    );
+}
+
+#[test]
+fn every_built_in_configuration_can_be_used() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, line) in [
+        ("precise", "goal_tolerance_m = 0.0002"),
+        ("p1", "command_unit_mps = 0.008"),
+        ("literal", "chart = \"unsigned\""),
+        ("large", "wheel_base_m = 0.106"),
+    ] {
+        let text = ok(folder.path(), &["config", "--config", name]);
+        assert!(text.contains(line), "{name}: {text}");
+    }
 }
 
 #[test]

@@ -177,7 +177,8 @@ impl<S: Scalar> Plasticity<S> {
     /// Takes in what a step taught.
     pub fn heed(&mut self, parameters: &LearningParameters<S>, trained_steps: u32, surprise: S) {
         let (age, settled_age) = (self.age(trained_steps), u32::from(parameters.output_rate.steps));
-        self.lately += (surprise.min(S::ONE) - self.lately) * S::from_f32(1.0 / LATELY_STEPS);
+        // So bounded, not one odd move alone is enough.
+        self.lately += (surprise.min(S::HALF) - self.lately) * S::from_f32(1.0 / LATELY_STEPS);
         // A map that has just begun is wrong all the time; what is usual shows when it is nearly done.
         let share = if age < settled_age / 2 { S::ONE } else { S::from_f32(1.0 / USUAL_STEPS) };
         self.reliability += (S::ONE - self.lately - self.reliability) * share;

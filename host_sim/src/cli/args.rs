@@ -445,8 +445,8 @@ pub struct ConfigArgs {
     /// Print every number as TOML (the default)
     #[arg(long)]
     pub print: bool,
-    /// Check a file and print it with all that it leaves to the defaults
-    #[arg(long, value_name = "FILE.toml")]
+    /// Check a file, or what is built in under a name, and print it with all that it leaves to the defaults
+    #[arg(long, value_name = "NAME|FILE.toml")]
     pub config: Option<PathBuf>,
     /// List every parameter with its number on the link, default, unit and range
     #[arg(long, conflicts_with_all = ["print", "config"])]

@@ -118,10 +118,10 @@ impl Kind<'_> {
         steps?.into_iter().max()
     }
 
-    /// The share of the trials whose error is below a limit at their first test after so many steps.
+    /// How many trials' errors are below a limit after so many steps; `None` where there was no test then.
     pub fn trials_below(&self, steps: u32, limit_m: f64) -> Option<usize> {
         let below = |curve: &Curve| {
-            let point = curve.points.iter().find(|point| point.steps >= steps)?;
+            let point = curve.points.iter().find(|point| point.steps == steps)?;
             Some(point.mean_error_m() < limit_m)
         };
         let each: Option<Vec<bool>> = self.curves.iter().map(below).collect();
