@@ -333,7 +333,7 @@ impl Default for ServoConfig {
             proportional_per_mps: 4.0,
             integral_per_m: 60.0,
             lag_limit_m: 0.004,
-            speed_filter_ms: 16.0,
+            speed_filter_ms: 12.0,
             stall_reference_mps: 0.02,
             stall_share: 0.2,
             stall_ms: 300,

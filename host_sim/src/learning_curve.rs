@@ -157,10 +157,12 @@ fn largest_output<S: Scalar, O: Output<S>>(map: &HostMap<S, O>) -> f64 {
 #[must_use]
 pub fn analytic_test(config: &Config, plan: &PositioningPlan) -> Vec<TargetResult> {
     let step_s = f64::from(config.schedule.step_ms) / 1000.0;
+    let far_share = f64::from(config.reaching.far_share);
     let robot = ArcRobot {
         wheel_base_m: f64::from(config.robot.wheel_base_m),
         reach_m: reach_m(config),
-        far_share: f64::from(config.reaching.far_share),
+        // 0 is the papers' literal form: no place is far.
+        far_share: if far_share > 0.0 { far_share } else { f64::INFINITY },
         behind_share: f64::from(BEHIND_SHARE),
         near_share: f64::from(config.reaching.near_share),
         near_bearing_rad: f64::from(config.near_bearing_rad()),

@@ -253,5 +253,6 @@ pub fn summarise(results: &[TargetResult]) -> PositioningSummary {
 pub fn steps_per_metre(results: &[TargetResult], epsilon_mm: usize) -> f64 {
     let pace = |result: &TargetResult| Some(result.steps_to(epsilon_mm)? / result.distance_m);
     let paces: Vec<f64> = results.iter().filter_map(pace).collect();
-    paces.iter().sum::<f64>() / paces.iter().map(|_| 1.0).sum::<f64>().max(1.0)
+    // The sum of nothing is −0, which nobody wants to read.
+    (paces.iter().sum::<f64>() + 0.0) / paces.iter().map(|_| 1.0).sum::<f64>().max(1.0)
 }

@@ -39,8 +39,8 @@ pub const CHANGES: [Change; 8] = [
         name: "wheel radius − 20 %",
         apply: |robot| (robot.left.radius_share, robot.right.radius_share) = (0.8, 0.8),
     },
-    Change { name: "left wheel's radius + 20 %", apply: |robot| robot.left.radius_share = 1.2 },
-    Change { name: "left wheel's radius − 20 %", apply: |robot| robot.left.radius_share = 0.8 },
+    Change { name: "left wheel + 20 %", apply: |robot| robot.left.radius_share = 1.2 },
+    Change { name: "left wheel − 20 %", apply: |robot| robot.left.radius_share = 0.8 },
     Change { name: "left motor + 20 %", apply: |robot| robot.left.motor_share = 1.2 },
     Change { name: "left motor − 20 %", apply: |robot| robot.left.motor_share = 0.8 },
 ];

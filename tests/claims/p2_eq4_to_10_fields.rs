@@ -41,6 +41,7 @@ const CASES: u32 = 4000;
 fn literal() -> Config {
     let mut config = Config::default();
     config.reaching.far_share = 0.0;
+    config.reaching.near_share = 0.0;
     config.cooperative.cruise_share = 0.0;
     config.reaching.beyond = Beyond::OwnWeight;
     let c = &mut config.cooperative;
@@ -293,7 +294,8 @@ fn obstacle_fields_inhibit_what_lies_behind<S: Scalar>() {
         let at = Place { bearing: wide(near.bearing_rad), distance: 0.06 / pair.reach_m };
         for (&index, neuron) in pair.indices.iter().zip(&pair.neurons) {
             let place = neuron.weight;
-            let aside = turn(at.bearing, place.bearing).abs();
+            // Where it lies, not how the map says it: places behind have negative distances there.
+            let aside = turn(at.bearing, place.seen().bearing).abs();
             let b = wide(field.inhibition(index));
             if aside < 0.1 && place.distance > at.distance + 0.1 {
                 assert!(b > 0.6, "behind sensor {sensor}'s obstacle: {b} at {place:?}");

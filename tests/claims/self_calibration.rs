@@ -30,8 +30,7 @@ fn the_map_follows_its_robot<S: Scalar>() {
         test: PositioningPlan { targets: 20, ..PositioningPlan::default() },
     };
     // Motors are not among them: the servo holds the wheels' speeds whatever they are.
-    for name in
-        ["wheel base − 20 %", "wheel radius + 20 %", "wheel radius − 20 %", "left wheel's radius − 20 %"]
+    for name in ["wheel base − 20 %", "wheel radius + 20 %", "wheel radius − 20 %", "left wheel − 20 %"]
     {
         let change = CHANGES.iter().find(|change| change.name == name).unwrap();
         for seed in TRIALS {
