@@ -224,7 +224,11 @@ fn check_fields<S: Scalar>(
         let b = wide(obstacles.inhibition(index));
         let exact: f64 =
             centres.iter().map(|&centre| obstacle_field(&pair.widths, centre, neuron.weight)).sum();
-        assert!((b - exact).abs() < tolerance, "Σb: {b} instead of {exact}");
+        assert!(
+            (b - exact).abs() < tolerance,
+            "Σb: {b} instead of {exact} at {:?} {index:?} of {centres:?}",
+            neuron.weight
+        );
     }
 }
 

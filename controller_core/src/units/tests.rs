@@ -12,6 +12,22 @@ fn wrapping_keeps_the_direction<S: Scalar>(angle: f32) {
     assert_eq!(wrap(wrapped), wrapped, "wrapping twice changes nothing");
 }
 
+/// Where the interval ends, a last bit decides.
+fn wrapping_half_turns_gives_a_half_turn<S: Scalar>() {
+    for angle in [S::PI, -S::PI, S::PI + S::TAU, -S::PI - S::TAU, S::TAU - S::PI, S::PI - S::TAU] {
+        let wrapped = wrap(angle);
+        assert!(wrapped >= -S::PI && wrapped < S::PI, "{angle:?}: {wrapped:?}");
+        assert!((wide(wrapped).abs() - core::f64::consts::PI).abs() < 1e-5, "{angle:?}: {wrapped:?}");
+    }
+    assert!(wide(wrap(S::TAU)).abs() < 1e-5);
+}
+
+#[test]
+fn half_turns_stay_half_turns() {
+    wrapping_half_turns_gives_a_half_turn::<f32>();
+    wrapping_half_turns_gives_a_half_turn::<Fixed>();
+}
+
 fn the_turn_leads_from_one_to_the_other<S: Scalar>(from: f32, to: f32) {
     let turn = angle_between(S::from_f32(from), S::from_f32(to));
     assert!(turn >= -S::PI && turn < S::PI);
