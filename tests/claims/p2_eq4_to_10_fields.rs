@@ -188,8 +188,10 @@ fn compare<S: Scalar>(pair: &mut Pair<S>) -> Compared {
     check_fields(pair, &field, &obstacles, &centres, s.index, sum_tolerance);
     let k = strongest(&e);
     let chosen = pair.indices.iter().position(|&index| index == decision.winner).unwrap();
-    assert!(e[chosen] >= e[k.index] - 2.0 * sum_tolerance, "e of {chosen} is less than of {k:?}");
-    if k.margin < 2.0 * sum_tolerance {
+    // The difference of two, each stored once more.
+    let tolerance = 2.0 * (sum_tolerance + pair.storage);
+    assert!(e[chosen] >= e[k.index] - tolerance, "e of {chosen} is less than of {k:?}");
+    if k.margin < tolerance {
         return Compared::Undecided;
     }
     assert_eq!(decision.winner, pair.indices[k.index], "k, margin {}: {target:?} {detections:?}", k.margin);
