@@ -155,8 +155,8 @@ pub struct LearningConfig {
     pub regularisation: f32,
     /// Shorter moves teach nothing, in features (1 = a radian, or the reach).
     pub shortest_move: f32,
-    /// A settled map that lately is wrong by so many times what is usual takes the robot for changed, and learns quickly
-    /// again; 0 switches it off.
+    /// A settled map that lately is wrong by so many times what is usual takes the robot for changed, and learns
+    /// quickly again; 0 switches it off.
     pub surprise_ratio: f32,
     /// The schedules then go back to this step.
     pub surprised_age: u16,

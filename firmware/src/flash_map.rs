@@ -1,9 +1,9 @@
-//! The map that the image was built with: a table in flash, loaded at the start, so that the robot finds its way without
-//! a host that has one.
+//! The map that the image was built with: a table in flash, loaded at the start, so that the robot finds its way
+//! without a host that has one.
 //!
-//! `build.rs` makes the table of the file that `EKM_NAV_MAP` names (`cargo xtask firmware BOARD --map FILE` sets it) and
-//! refuses what does not fit. Without one the table is `None` and nothing of this is in the image. Learning goes on in
-//! RAM from where the file ends; a restart begins with the file again.
+//! `build.rs` makes the table of the file that `EKM_NAV_MAP` names (`cargo xtask firmware BOARD --map FILE` sets it)
+//! and refuses what does not fit. Without one the table is `None` and nothing of this is in the image. Learning goes on
+//! in RAM from where the file ends; a restart begins with the file again.
 
 use controller_core::kohonen::lattice::NeuronIndex;
 use controller_core::kohonen::map::Neuron;

@@ -21,8 +21,8 @@ pub const BUILTIN: [(&str, &str); 4] = [
 pub enum ConfigFileError {
     /// It cannot be read.
     #[error(
-        "{file}: cannot be read ({source}); `config --print` writes a file to begin with, and `precise`, `p1`, `literal` \
-         and `large` are built in"
+        "{file}: cannot be read ({source}); `config --print` writes a file to begin with, and `precise`, `p1`, \
+         `literal` and `large` are built in"
     )]
     Unreadable {
         /// Path as given.

@@ -1,13 +1,13 @@
-//! P1, section 3.2, in the settings that the program has built in: how precise is positioning where we do our best, where
-//! speeds have units as in the paper, and with a robot of another size?
+//! P1, section 3.2, in the settings that the program has built in: how precise is positioning where we do our best,
+//! where speeds have units as in the paper, and with a robot of another size?
 //!
 //! * **Goal**: an order of magnitude better than the paper with continuous speeds, better in the paper's own setting.
 //! * **Method**: as P1 Fig. 4, after 2,000 steps from nothing; five trials with seeds of their own.
 //! * **Paper**: 3 mm at 100,000 steps.
 //! * **Ours**: `docs/numbers.md`.
-//! * **Tolerance**: `precise` 0.3 mm, no trial above 0.7 mm, 99 % of the targets approached to 1 mm, at most 1 % at which
-//!   it never stopped; `p1` 2 mm. What fixed point may be worse by is a fifth. The time to a target is that of the exact
-//!   inverse within 5 %: over forty trials it is within 3 %, and five scatter by more than a percent.
+//! * **Tolerance**: `precise` 0.3 mm, no trial above 0.7 mm, 99 % of the targets approached to 1 mm, at most 1 % at
+//!   which it never stopped; `p1` 2 mm. What fixed point may be worse by is a fifth. The time to a target is that of
+//!   the exact inverse within 5 %: over forty trials it is within 3 %, and five scatter by more than a percent.
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use std::path::Path;

@@ -1,12 +1,13 @@
 //! Self-calibration: the robot changes by a fifth under way, and the map follows without a reset.
 //!
-//! * **Goal**: what the map knows of its robot comes back within 500 steps (8.5 minutes), and positioning never suffers.
-//! * **Method**: 3,000 steps from nothing, then the robot changes, then 500 steps more; two trials. The positioning test of
-//!   P1, and how far from a place within reach one step towards it ends, without noise.
+//! * **Goal**: what the map knows of its robot comes back within 500 steps (8.5 minutes), and positioning never
+//!   suffers.
+//! * **Method**: 3,000 steps from nothing, then the robot changes, then 500 steps more; two trials. The positioning
+//!   test of P1, and how far from a place within reach one step towards it ends, without noise.
 //! * **Paper**: none; it says that the map learns online.
 //! * **Ours**: `docs/numbers.md`.
-//! * **Tolerance**: E below 1 mm. Of what one step misses without learning, at most half is left after 500 steps; what we
-//!   measure is 0.2 to 0.5.
+//! * **Tolerance**: E below 1 mm. Of what one step misses without learning, at most half is left after 500 steps; what
+//!   we measure is 0.2 to 0.5.
 #![allow(clippy::unwrap_used, reason = "a test that panics has failed")]
 
 use std::path::Path;

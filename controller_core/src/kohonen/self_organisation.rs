@@ -135,8 +135,8 @@ pub fn place_reached<S: Scalar>(start: Pose<S>, end: Pose<S>) -> Polar<S> {
 pub struct Lesson<S> {
     /// The winner for v.
     pub winner: NeuronIndex,
-    /// By how much the winner was wrong: `|c − M_k v| / |c|`. `None` where it had nothing to say yet, or where c was too
-    /// small to tell.
+    /// By how much the winner was wrong: `|c − M_k v| / |c|`. `None` where it had nothing to say yet, or where c was
+    /// too small to tell.
     pub surprise: Option<S>,
 }
 
@@ -164,8 +164,8 @@ pub struct Plasticity<S> {
 }
 
 impl<S: Scalar> Plasticity<S> {
-    /// Never surprised. A map that comes from elsewhere is taken to be always wrong until it shows otherwise: nothing is
-    /// known of what is usual.
+    /// Never surprised. A map that comes from elsewhere is taken to be always wrong until it shows otherwise: nothing
+    /// is known of what is usual.
     pub const NEW: Self = Self { lately: S::ZERO, reliability: S::ZERO, behind: 0 };
 
     /// The step at which the schedules stand after so many steps of training.

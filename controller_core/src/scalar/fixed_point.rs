@@ -207,8 +207,8 @@ impl Scalar for Fixed {
     const WEIGHT_ZERO: FixedWeight = FixedWeight(I4F12::ZERO);
     const ONE: Self = Self(I12F20::ONE);
     const HALF: Self = Self::constant("0.5");
-    // Rounded to the nearest. The library's are rounded down, and twice its π is less than its 2π: an angle of exactly π
-    // was then too large before and too small after a turn had been taken off.
+    // Rounded to the nearest. The library's are rounded down, and twice its π is less than its 2π: an angle of exactly
+    // π was then too large before and too small after a turn had been taken off.
     const PI: Self = Self::constant("3.14159265358979");
     const TAU: Self = Self::constant("6.28318530717959");
     const LIMIT: Self = Self::constant("2000");

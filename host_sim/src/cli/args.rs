@@ -355,7 +355,8 @@ pub struct EvaluatePositioningArgs {
     /// Only this output layer
     #[arg(long, value_enum)]
     pub mapping: Option<MappingArg>,
-    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`; may be given several times
+    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`; may be given several
+    /// times
     #[arg(long, value_name = "NAME|FILE.toml", default_values = ["precise", "p1"])]
     pub config: Vec<PathBuf>,
     /// Instead: with the first configuration, undo each of what we changed in the papers' learning, one by one

@@ -2,7 +2,7 @@
 
 use core::fmt::Write;
 
-use host_sim::learning_curve::Curve;
+use host_sim::learning_curve::{Curve, CurvePoint};
 use host_sim::positioning::{EPSILONS_MM, TargetResult, steps_per_metre, summarise};
 use host_sim::statistics::{Mean, Rate};
 use serde_json::{Value, json};
@@ -150,7 +150,7 @@ pub fn analytic_document(of: &Analytic) -> Value {
 /// A kind as JSON.
 pub fn document(kind: &Kind) -> Value {
     let trial = |curve: &Curve| {
-        let point = |point: &host_sim::learning_curve::CurvePoint| json!({ "steps": point.steps, "figures": figures(&point.results) });
+        let point = |point: &CurvePoint| json!({ "steps": point.steps, "figures": figures(&point.results) });
         json!({
             "seed": curve.seed,
             "extent_m": curve.farthest_m(),
