@@ -8,7 +8,7 @@
 //! **Behind the robot**: the map is a chart of bearings within ±90° and *signed* distances. A near place behind, such
 //! as a target just overshot, is `(α ± π, −d)`: the linear `c = M u` of a place ahead continues through d = 0 into
 //! driving backwards, whereas at α = 180° no `M` without a bias could say "both wheels back". Farther places behind
-//! are turned towards first (see [`crate::motor_control::aim`]).
+//! are turned towards first (see [`crate::motor_control::Aim`]).
 
 use crate::scalar::Scalar;
 use crate::units::{Polar, WheelSpeeds, angle_between, wrap};
