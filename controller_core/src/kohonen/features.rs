@@ -51,7 +51,7 @@ impl Chart {
 }
 
 /// How far beyond ±90° a bearing still counts as ahead: far above the rounding of either scalar.
-const STRAIGHT_ASIDE_RAD: f32 = 1e-3;
+pub(super) const STRAIGHT_ASIDE_RAD: f32 = 1e-3;
 
 /// A place in the coordinates of the map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -4,7 +4,7 @@ extern crate std;
 
 use std::vec::Vec;
 
-use super::features::{Command, Features};
+use super::features::{Command, Features, STRAIGHT_ASIDE_RAD};
 use super::lattice::NeuronIndex;
 use super::map::{Eligible, Map, Neuron, WinnerParameters};
 use super::output::{ControlMatrix, MotorVector, Output};
@@ -21,8 +21,8 @@ fn features<S: Scalar>((bearing, distance): (f32, f32)) -> Features<S> {
 fn folding_keeps_the_place<S: Scalar>(bearing: f32, distance: f32) {
     let place = features::<S>((bearing, distance));
     let folded = place.folded();
-    // Straight aside counts as ahead.
-    assert!(wide(folded.bearing.abs()) <= core::f64::consts::FRAC_PI_2 + 1e-3 + 1e-5, "{folded:?}");
+    let aside = core::f64::consts::FRAC_PI_2 + f64::from(STRAIGHT_ASIDE_RAD);
+    assert!(wide(folded.bearing.abs()) <= aside + 1e-5, "{folded:?}");
     let back = folded.unfolded();
     assert!(apart(wide(back.bearing), wide(place.bearing)).abs() < 1e-5, "{place:?} became {back:?}");
     assert_eq!(back.distance, place.distance);

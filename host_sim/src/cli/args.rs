@@ -290,11 +290,38 @@ pub enum Evaluation {
     Calibration(EvaluateCalibrationArgs),
 }
 
+/// What every experiment of `evaluate` needs to know.
+#[derive(Debug, Args)]
+pub struct TrialsArgs {
+    /// Trials, with consecutive seeds; P1 has 5
+    #[arg(long = "trials", value_name = "N", default_value_t = 5)]
+    #[arg(value_parser = clap::value_parser!(u32).range(2..=100_000))]
+    pub count: u32,
+    /// First seed
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Targets of a test
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub targets: u32,
+    /// Threads; default: one per core
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Print one JSON document instead of text
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl TrialsArgs {
+    /// The seed of the last trial; the first one leaves room for all, once they have been counted.
+    pub fn last_seed(&self) -> u64 {
+        self.seed + u64::from(self.count) - 1
+    }
+}
+
 #[derive(Debug, Args)]
 pub struct EvaluateCalibrationArgs {
-    /// Trials for each change, with consecutive seeds
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=100_000))]
-    pub trials: u32,
+    #[command(flatten)]
+    pub trials: TrialsArgs,
     /// Training steps before the change
     #[arg(long, value_name = "N", default_value_t = 3000)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -307,34 +334,21 @@ pub struct EvaluateCalibrationArgs {
     #[arg(long, value_name = "N", default_value_t = 100)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub every: u32,
-    /// Targets of a test
-    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    pub targets: u32,
-    /// First seed
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
     /// Arithmetic
     #[arg(long, value_enum, default_value_t = ScalarArg::F32)]
     pub scalar: ScalarArg,
     /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "precise")]
     pub config: PathBuf,
-    /// Threads; default: one per core
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: Option<u16>,
     /// Write the figure (SVG) into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print one JSON document instead of text
-    #[arg(long)]
-    pub json: bool,
 }
 
 #[derive(Debug, Args)]
 pub struct EvaluatePositioningArgs {
-    /// Trials, with consecutive seeds; P1 has 5
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(2..=100_000))]
-    pub trials: u32,
+    #[command(flatten)]
+    pub trials: TrialsArgs,
     /// Training steps of each trial; P1 has 100,000
     #[arg(long, value_name = "N", default_value_t = 3000)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
@@ -343,12 +357,6 @@ pub struct EvaluatePositioningArgs {
     #[arg(long, value_name = "N", default_value_t = 250)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub every: u32,
-    /// Targets of a test
-    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    pub targets: u32,
-    /// First seed
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
     /// Only this arithmetic
     #[arg(long, value_enum)]
     pub scalar: Option<ScalarArg>,
@@ -362,15 +370,9 @@ pub struct EvaluatePositioningArgs {
     /// Instead: with the first configuration, undo each of what we changed in the papers' learning, one by one
     #[arg(long, conflicts_with_all = ["json", "out"])]
     pub ablate: bool,
-    /// Threads; default: one per core
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: Option<u16>,
     /// Write the figures (SVG) and the curves (CSV) into this folder
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Print one JSON document instead of text
-    #[arg(long)]
-    pub json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -47,13 +47,13 @@ fn positioning(args: &EvaluatePositioningArgs) -> Result<Outcome, CliError> {
         .collect::<Result<_, CliError>>()?;
     let names = [&[CSV], &figures::FILES[..]].concat();
     let folder = args.out.as_deref().map(|out| OutputFolder::open(out, &names)).transpose()?;
-    let seeds: Vec<u64> = seeds(args.seed, args.trials)?.collect();
+    let seeds: Vec<u64> = seeds(args.trials.seed, args.trials.count)?.collect();
     let plan = CurvePlan {
         training: TrainingPlan { steps: args.steps, ..TrainingPlan::default() },
         every: args.every,
-        test: PositioningPlan { targets: args.targets, ..PositioningPlan::default() },
+        test: PositioningPlan { targets: args.trials.targets, ..PositioningPlan::default() },
     };
-    let pool = threads(args.threads)?;
+    let pool = threads(args.trials.threads)?;
     let begin = Instant::now();
     if args.ablate {
         let (_, base) =
@@ -79,12 +79,12 @@ fn positioning(args: &EvaluatePositioningArgs) -> Result<Outcome, CliError> {
             files.push(folder.write(name, figure.as_bytes())?);
         }
     }
-    if args.json {
+    if args.trials.json {
         let document = json!({
             "seeds": seeds,
             "steps": args.steps,
             "every": args.every,
-            "targets": args.targets,
+            "targets": args.trials.targets,
             "kinds": kinds.iter().map(report::document).collect::<Vec<_>>(),
             "analytic": analytic.iter().map(report::analytic_document).collect::<Vec<_>>(),
             "files": files,
@@ -138,19 +138,19 @@ fn pace(kinds: &[Kind], seconds: f64) -> String {
 /// What was done.
 fn head(args: &EvaluatePositioningArgs, configs: &[(String, Config)], took: String) -> String {
     let step_ms = configs.first().map_or(0, |(_, config)| config.schedule.step_ms);
-    let last = args.seed + u64::from(args.trials) - 1;
+    let last = args.trials.last_seed();
     facts([
         (
             "trained",
             format!(
                 "{} trials of {} steps of {:.3} s, seeds {} to {last}, 10 % noise",
-                args.trials,
+                args.trials.count,
                 args.steps,
                 f64::from(step_ms) / 1000.0,
-                args.seed,
+                args.trials.seed,
             ),
         ),
-        ("tested", format!("every {} steps with {} targets each", args.every, args.targets)),
+        ("tested", format!("every {} steps with {} targets each", args.every, args.trials.targets)),
         ("took", took),
     ])
 }

@@ -30,20 +30,20 @@ struct Recovery {
 pub fn calibration(args: &EvaluateCalibrationArgs) -> Result<Outcome, CliError> {
     let config = config_file::load(&args.config)?;
     let folder = args.out.as_deref().map(|out| OutputFolder::open(out, &[FIGURE])).transpose()?;
-    let seeds: Vec<u64> = seeds(args.seed, args.trials)?.collect();
+    let seeds: Vec<u64> = seeds(args.trials.seed, args.trials.count)?.collect();
     let plan = CalibrationPlan {
         training: TrainingPlan { steps: args.steps, ..TrainingPlan::default() },
         further_steps: args.further,
         every: args.every,
-        test: PositioningPlan { targets: args.targets, ..PositioningPlan::default() },
+        test: PositioningPlan { targets: args.trials.targets, ..PositioningPlan::default() },
     };
-    let recoveries = threads(args.threads)?.install(|| match args.scalar {
+    let recoveries = threads(args.trials.threads)?.install(|| match args.scalar {
         ScalarArg::F32 => recoveries::<f32>(&config, &plan, &seeds),
         ScalarArg::Fixed => recoveries::<Fixed>(&config, &plan, &seeds),
     })?;
     let file =
         folder.map(|folder| folder.write(FIGURE, figure(&recoveries, args.every).as_bytes())).transpose()?;
-    if args.json {
+    if args.trials.json {
         print_json(&json!({
             "seeds": seeds,
             "steps": args.steps,
@@ -148,13 +148,13 @@ impl Recovery {
 }
 
 fn text(args: &EvaluateCalibrationArgs, recoveries: &[Recovery]) -> String {
-    let last = args.seed + u64::from(args.trials) - 1;
+    let last = args.trials.last_seed();
     let head = facts([
         (
             "trained",
             format!(
                 "{} trials of {} steps, seeds {} to {last}, 10 % noise",
-                args.trials, args.steps, args.seed
+                args.trials.count, args.steps, args.trials.seed
             ),
         ),
         ("then", format!("the robot changes, and learns on for {} steps", args.further)),
