@@ -5,15 +5,21 @@
 
 use core::ops::Range;
 
-use controller_core::config::{Architecture, Config, ConfigError};
+use controller_core::config::{Config, ConfigError};
 use controller_core::kohonen::output::Output;
 use controller_core::scalar::Scalar;
 use controller_core::state_hash::StateHash;
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
+use crate::contender::Contender;
 use crate::mission::{self, MissionError, MissionOptions, MissionResult};
+use crate::peers;
+use crate::peers::config::{PeerConfig, PeerConfigError};
+use crate::peers::port::PeerPort;
+use crate::peers::robot::PeerRobot;
 use crate::scenario::Scenario;
+use crate::settings::Settings;
 use crate::sil::{HostMap, Sil};
 use crate::simulation::PAPERS;
 use crate::statistics::{Rate, quantile};
@@ -26,6 +32,12 @@ pub enum SweepError {
     /// The configuration cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// The configuration of the peers cannot be used.
+    #[error(transparent)]
+    Peers(#[from] PeerConfigError),
+    /// There is no such peer.
+    #[error("the controller {0} is not there yet; take another")]
+    NotAPeer(&'static str),
     /// The mission cannot begin.
     #[error(transparent)]
     Mission(#[from] MissionError),
@@ -96,21 +108,41 @@ pub fn learn_each<S: Scalar, O: Output<S>>(
     learned.into_iter().collect()
 }
 
-/// One run; the log is kept every `sample_ms`, 0 for none.
+/// One run of a contender, by default the one that the scenario names; the log is kept every `sample_ms`, 0 for none.
+///
+/// Peers do not look at the map.
 ///
 /// # Errors
 /// If the configuration cannot be used, or the mission cannot begin.
 pub fn run_one<S: Scalar, O: Output<S>>(
     scenario: &Scenario,
-    base: &Config,
-    architecture: Option<Architecture>,
+    base: &Settings,
+    contender: Option<Contender>,
     map: &HostMap<S, O>,
     options: MissionOptions,
 ) -> Result<MissionResult, SweepError> {
-    let config = mission::config_for(scenario, base, architecture);
+    let config = mission::config_for(scenario, &base.core, contender);
+    if let Some(contender) = contender.filter(|contender| contender.is_peer()) {
+        return run_peer(scenario, &config, &base.peers, contender, options);
+    }
     // Navigation does not ask how long the map was trained.
     let controller = Sil::trained(&config, map.clone(), 0)?;
     Ok(mission::run(scenario, controller, &config, options)?)
+}
+
+/// One run of a peer; `config` describes the robot.
+fn run_peer(
+    scenario: &Scenario,
+    config: &Config,
+    peers: &PeerConfig,
+    contender: Contender,
+    options: MissionOptions,
+) -> Result<MissionResult, SweepError> {
+    peers.validate()?;
+    let navigator = peers::navigator(contender, PeerRobot::new(config), peers);
+    let navigator = navigator.ok_or(SweepError::NotAPeer(contender.name()))?;
+    let controller = PeerPort::new(navigator, config, peers)?;
+    Ok(mission::run(scenario, controller, config, options)?)
 }
 
 /// Which runs, and what is kept of them.
@@ -128,8 +160,8 @@ pub struct SweepPlan {
 /// That of the first run, in their order, that cannot begin.
 pub fn run_all<S: Scalar, O: Output<S>>(
     scenario: &Scenario,
-    base: &Config,
-    architecture: Option<Architecture>,
+    base: &Settings,
+    contender: Option<Contender>,
     maps: &Maps<S, O>,
     plan: &SweepPlan,
     progress: &(dyn Fn() + Sync),
@@ -139,7 +171,7 @@ pub fn run_all<S: Scalar, O: Output<S>>(
         let untrained = HostMap::<S, O>::regular();
         let map = maps.of_run(run).unwrap_or(&untrained);
         let sample_ms = if run < plan.logged { LOG_PERIOD_MS } else { 0 };
-        let result = run_one(scenario, base, architecture, map, MissionOptions { seed, sample_ms });
+        let result = run_one(scenario, base, contender, map, MissionOptions { seed, sample_ms });
         progress();
         result
     };
