@@ -17,12 +17,15 @@
 
 pub mod apf;
 pub mod approach;
+pub mod bug2;
 pub mod config;
+pub mod dwa;
 pub mod port;
 pub mod robot;
 pub mod surroundings;
+pub mod vfh;
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 use crate::contender::Contender;
 use crate::proximity_model::SENSORS;
@@ -44,6 +47,23 @@ pub struct View<'a> {
     pub points: &'a [Point2<f64>],
     /// How the wheels move now, as the servo measures it.
     pub speed: Twist,
+}
+
+impl View<'_> {
+    /// A point of the robot frame in the world.
+    #[must_use]
+    pub fn to_world(&self, point: Point2<f64>) -> Point2<f64> {
+        let (sin, cos) = libm::sincos(self.heading_rad);
+        self.position + Vector2::new(point.x * cos - point.y * sin, point.x * sin + point.y * cos)
+    }
+
+    /// A point of the world in the robot frame.
+    #[must_use]
+    pub fn to_robot(&self, point: Point2<f64>) -> Point2<f64> {
+        let (sin, cos) = libm::sincos(self.heading_rad);
+        let to = point - self.position;
+        Point2::new(to.x * cos + to.y * sin, to.y * cos - to.x * sin)
+    }
 }
 
 /// A checkpoint as a navigator sees it.
@@ -82,6 +102,8 @@ pub fn navigator(contender: Contender, robot: PeerRobot, config: &PeerConfig) ->
     match contender {
         Contender::Cooperative | Contender::Fusion => None,
         Contender::PotentialField => Some(Box::new(apf::PotentialField::new(robot, config.apf.clone()))),
-        _ => None,
+        Contender::VfhPlus => Some(Box::new(vfh::Vfh::new(robot, config.vfh.clone()))),
+        Contender::DynamicWindow => Some(Box::new(dwa::DynamicWindow::new(robot, config.dwa.clone()))),
+        Contender::Bug2 => Some(Box::new(bug2::Bug2::new(robot, config.bug2.clone()))),
     }
 }

@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::contender::Contender;
 use crate::mission::{self, MissionError, MissionOptions, MissionResult};
 use crate::peers;
-use crate::peers::config::{PeerConfig, PeerConfigError};
+use crate::peers::config::PeerConfigError;
 use crate::peers::port::PeerPort;
 use crate::peers::robot::PeerRobot;
 use crate::scenario::Scenario;
@@ -35,9 +35,6 @@ pub enum SweepError {
     /// The configuration of the peers cannot be used.
     #[error(transparent)]
     Peers(#[from] PeerConfigError),
-    /// There is no such peer.
-    #[error("the controller {0} is not there yet; take another")]
-    NotAPeer(&'static str),
     /// The mission cannot begin.
     #[error(transparent)]
     Mission(#[from] MissionError),
@@ -122,27 +119,16 @@ pub fn run_one<S: Scalar, O: Output<S>>(
     options: MissionOptions,
 ) -> Result<MissionResult, SweepError> {
     let config = mission::config_for(scenario, &base.core, contender);
-    if let Some(contender) = contender.filter(|contender| contender.is_peer()) {
-        return run_peer(scenario, &config, &base.peers, contender, options);
+    let navigator =
+        contender.and_then(|contender| peers::navigator(contender, PeerRobot::new(&config), &base.peers));
+    if let Some(navigator) = navigator {
+        base.peers.validate()?;
+        let controller = PeerPort::new(navigator, &config, &base.peers)?;
+        return Ok(mission::run(scenario, controller, &config, options)?);
     }
     // Navigation does not ask how long the map was trained.
     let controller = Sil::trained(&config, map.clone(), 0)?;
     Ok(mission::run(scenario, controller, &config, options)?)
-}
-
-/// One run of a peer; `config` describes the robot.
-fn run_peer(
-    scenario: &Scenario,
-    config: &Config,
-    peers: &PeerConfig,
-    contender: Contender,
-    options: MissionOptions,
-) -> Result<MissionResult, SweepError> {
-    peers.validate()?;
-    let navigator = peers::navigator(contender, PeerRobot::new(config), peers);
-    let navigator = navigator.ok_or(SweepError::NotAPeer(contender.name()))?;
-    let controller = PeerPort::new(navigator, config, peers)?;
-    Ok(mission::run(scenario, controller, config, options)?)
 }
 
 /// Which runs, and what is kept of them.

@@ -80,7 +80,6 @@ impl From<SweepError> for CliError {
         match error {
             SweepError::Config(error) => error.into(),
             SweepError::Peers(error) => Self::Request(format!("{error}; correct it in the file of --config")),
-            SweepError::NotAPeer(_) => Self::Request(error.to_string()),
             SweepError::Mission(error) => error.into(),
         }
     }

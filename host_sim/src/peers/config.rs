@@ -130,6 +130,12 @@ pub struct PeerConfig {
     pub approach: ApproachConfig,
     /// Artificial potential field.
     pub apf: super::apf::ApfConfig,
+    /// VFH+.
+    pub vfh: super::vfh::VfhConfig,
+    /// Dynamic window approach.
+    pub dwa: super::dwa::DwaConfig,
+    /// Bug2.
+    pub bug2: super::bug2::Bug2Config,
 }
 
 /// A number that cannot be used.
@@ -146,8 +152,15 @@ pub struct PeerConfigError {
 
 impl PeerConfig {
     /// The groups by their names in a file.
-    fn groups(&mut self) -> [(&'static str, &mut dyn Numbers); 3] {
-        [("memory", &mut self.memory), ("approach", &mut self.approach), ("apf", &mut self.apf)]
+    fn groups(&mut self) -> [(&'static str, &mut dyn Numbers); 6] {
+        [
+            ("memory", &mut self.memory),
+            ("approach", &mut self.approach),
+            ("apf", &mut self.apf),
+            ("vfh", &mut self.vfh),
+            ("dwa", &mut self.dwa),
+            ("bug2", &mut self.bug2),
+        ]
     }
 
     /// Checks every number.

@@ -1,5 +1,7 @@
 //! The robot as peers know it: its exact measures, and how it moves.
 
+use core::f64::consts::{PI, TAU};
+
 use controller_core::config::Config;
 use controller_core::units::WheelSpeeds;
 use nalgebra::{Point2, Vector2};
@@ -85,6 +87,13 @@ impl Twist {
         let forward = self.forward_mps.clamp(-room, room);
         WheelSpeeds { left_mps: narrow(forward - half), right_mps: narrow(forward + half) }
     }
+}
+
+/// The turn from one direction to another, in ±π rad.
+#[must_use]
+pub fn turn(from_rad: f64, to_rad: f64) -> f64 {
+    let angle = to_rad - from_rad;
+    angle - TAU * libm::floor((angle + PI) / TAU)
 }
 
 /// How far a disc of this radius can go straight along a bearing before it meets one of the points (robot frame), in m;

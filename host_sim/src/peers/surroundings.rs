@@ -5,7 +5,7 @@
 //! reading of the same place, and dropped when a later beam sees through it, as after a moving robot has passed.
 
 use controller_core::sensing::proximity::sensor_bearing;
-use nalgebra::{Point2, Rotation2, Vector2};
+use nalgebra::{Point2, Vector2};
 
 use super::config::MemoryConfig;
 use crate::arc::Place;
@@ -67,8 +67,11 @@ impl Surroundings {
             self.remembered.sort_by(|a, b| far(a).total_cmp(&far(b)));
             self.remembered.truncate(POINTS);
         }
-        let turned = Rotation2::new(-place.heading_rad);
-        let seen = |point: &Remembered| Point2::from(turned * (point.at - place.position));
+        let (sin, cos) = libm::sincos(place.heading_rad);
+        let seen = |point: &Remembered| {
+            let to = point.at - place.position;
+            Point2::new(to.x * cos + to.y * sin, to.y * cos - to.x * sin)
+        };
         self.points = self.remembered.iter().map(seen).collect();
     }
 
