@@ -1,12 +1,18 @@
 //! The controller's configuration as a TOML file: any number that is not in the file keeps its default.
 //!
-//! Some files are built in, and go by their names: `configs/*.toml` of this crate.
+//! The numbers of the peers are in it as well, in the table `[peers]`. Some files are built in, and go by their names: `configs/*.toml` of this crate.
 
 use std::path::Path;
 
-use controller_core::config::{Config, ConfigError};
+use controller_core::config::{
+    Architecture, Config, ConfigError, CooperativeConfig, FusionConfig, LearningConfig, ReachingConfig,
+    RobotConfig, SafetyConfig, ScheduleConfig, ServoConfig,
+};
+use serde::{Deserialize, Serialize};
 
+use crate::peers::config::{PeerConfig, PeerConfigError};
 use crate::scenario::{ScenarioError, toml_document};
+use crate::settings::Settings;
 
 /// The configurations that are part of the program: name and text.
 pub const BUILTIN: [(&str, &str); 4] = [
@@ -41,13 +47,74 @@ pub enum ConfigFileError {
         /// Key, value, and what it must be.
         error: ConfigError,
     },
+    /// A number of the peers that cannot be used.
+    #[error("{file}: {error}; change it, or leave the key out for the default")]
+    PeerValue {
+        /// Path as given.
+        file: String,
+        /// Key, value, and what it must be.
+        error: PeerConfigError,
+    },
+}
+
+/// What a file holds: the groups of [`Config`], and the peers.
+///
+/// Written out, since serde cannot say where in a file an unknown key stands once it has taken two structs apart.
+#[derive(Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+struct File {
+    architecture: Architecture,
+    robot: RobotConfig,
+    servo: ServoConfig,
+    schedule: ScheduleConfig,
+    learning: LearningConfig,
+    reaching: ReachingConfig,
+    cooperative: CooperativeConfig,
+    fusion: FusionConfig,
+    safety: SafetyConfig,
+    peers: PeerConfig,
+}
+
+impl Default for File {
+    fn default() -> Self {
+        Settings::default().into()
+    }
+}
+
+impl From<Settings> for File {
+    fn from(settings: Settings) -> Self {
+        let Settings { core, peers } = settings;
+        let Config { architecture, robot, servo, schedule, learning, reaching, cooperative, fusion, safety } =
+            core;
+        Self { architecture, robot, servo, schedule, learning, reaching, cooperative, fusion, safety, peers }
+    }
+}
+
+impl From<File> for Settings {
+    fn from(file: File) -> Self {
+        let File {
+            architecture,
+            robot,
+            servo,
+            schedule,
+            learning,
+            reaching,
+            cooperative,
+            fusion,
+            safety,
+            peers,
+        } = file;
+        let core =
+            Config { architecture, robot, servo, schedule, learning, reaching, cooperative, fusion, safety };
+        Self { core, peers }
+    }
 }
 
 /// Reads and checks a file, or what is built in under this name.
 ///
 /// # Errors
 /// What is wrong, where, and what to do.
-pub fn load(path: &Path) -> Result<Config, ConfigFileError> {
+pub fn load(path: &Path) -> Result<Settings, ConfigFileError> {
     let file = path.display().to_string();
     if let Some((_, text)) = BUILTIN.iter().find(|(name, _)| *name == file) {
         return parse(&format!("{file} (built in)"), text);
@@ -61,30 +128,32 @@ pub fn load(path: &Path) -> Result<Config, ConfigFileError> {
 ///
 /// # Errors
 /// As [`load`].
-pub fn parse(file: &str, text: &str) -> Result<Config, ConfigFileError> {
-    let config: Config = toml_document(file, text)?;
-    config.validate().map_err(|error| ConfigFileError::Value { file: file.to_owned(), error })?;
-    Ok(config)
+pub fn parse(file: &str, text: &str) -> Result<Settings, ConfigFileError> {
+    let settings: Settings = toml_document::<File>(file, text)?.into();
+    let file = || file.to_owned();
+    settings.core.validate().map_err(|error| ConfigFileError::Value { file: file(), error })?;
+    settings.peers.validate().map_err(|error| ConfigFileError::PeerValue { file: file(), error })?;
+    Ok(settings)
 }
 
 /// A configuration as a file that [`parse`] reads back.
 ///
 /// # Errors
 /// Never for a valid configuration: TOML has all its types.
-pub fn to_toml(config: &Config) -> Result<String, toml::ser::Error> {
-    toml::to_string_pretty(config)
+pub fn to_toml(settings: &Settings) -> Result<String, toml::ser::Error> {
+    toml::to_string_pretty(&File::from(settings.clone()))
 }
 
 #[cfg(test)]
 mod tests {
     use super::{parse, to_toml};
-    use controller_core::config::Config;
+    use crate::settings::Settings;
 
     #[test]
     fn the_default_survives_the_way_through_a_file() {
-        let text = to_toml(&Config::default()).unwrap();
-        assert_eq!(parse("default.toml", &text).unwrap(), Config::default());
-        assert_eq!(parse("empty.toml", "").unwrap(), Config::default());
+        let text = to_toml(&Settings::default()).unwrap();
+        assert_eq!(parse("default.toml", &text).unwrap(), Settings::default());
+        assert_eq!(parse("empty.toml", "").unwrap(), Settings::default());
         assert!(
             text.contains("speed_limit_mps = 0.16\n"),
             "floats are printed as people write them:\n{text}"
@@ -104,6 +173,11 @@ mod tests {
             value.starts_with("my.toml: servo.stall_share = 1.5: must be between 0 and 1; change"),
             "{value}"
         );
+        let peer = error("[peers.apf]\nrange_m = -1\n");
+        let text = "my.toml: peers.apf.range_m = -1: must be between 0.001 and 20; change it";
+        assert!(peer.starts_with(text), "{peer}");
+        let unknown = error("[peers.apf]\nrang_m = 1\n");
+        assert!(unknown.contains("my.toml:2:1") && unknown.contains("did you mean `range_m`"), "{unknown}");
         let kind = error("[servo]\nstall_share = \"much\"\n");
         assert!(kind.contains("servo.stall_share"), "{kind}");
     }

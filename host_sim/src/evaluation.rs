@@ -3,24 +3,25 @@
 //! All runs of all scenes go to the threads together; results come back in the order of the scenes, whichever thread
 //! was first.
 
-use controller_core::config::{Architecture, Config};
 use controller_core::scalar::Scalar;
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
+use crate::config_file::Settings;
+use crate::contender::Contender;
 use crate::mission::{MissionOptions, MissionResult};
 use crate::scenario::Scenario;
 use crate::sil::Indirect;
 use crate::statistics::{Rate, quantile};
 use crate::sweep::{LOG_PERIOD_MS, Maps, SweepError, run_one};
 
-/// What is evaluated: a controller, its numbers, and the maps it drives with.
+/// What is evaluated: a controller, the numbers of all, and the maps for those that drive with one.
 #[derive(Debug)]
 pub struct Subject<'a, S: Scalar> {
-    /// The controller's numbers.
-    pub config: &'a Config,
-    /// Which way of integrating behaviours.
-    pub architecture: Architecture,
+    /// The numbers.
+    pub settings: &'a Settings,
+    /// Who drives.
+    pub contender: Contender,
     /// Learned maps; run `i` drives with the `i`th, in turn.
     pub maps: &'a Maps<S, Indirect<S>>,
 }
@@ -86,7 +87,7 @@ pub fn run_scenes<S: Scalar>(
         let index = usize::try_from(run).unwrap_or(usize::MAX);
         let result = subject
             .maps
-            .with(index, |map| run_one(scenario, subject.config, Some(subject.architecture), map, options));
+            .with(index, |map| run_one(scenario, subject.settings, Some(subject.contender), map, options));
         progress();
         result
     };

@@ -70,3 +70,9 @@ pub mod map_report;
 pub mod run_log;
 
 pub mod config_file;
+
+pub mod contender;
+
+pub mod peers;
+
+pub mod settings;

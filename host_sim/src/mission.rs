@@ -2,18 +2,19 @@
 
 use core::convert::Infallible;
 
-use controller_core::config::{Architecture, Config};
+use controller_core::config::Config;
 use controller_core::controller::Mode;
 use controller_core::planning::checkpoint::CheckpointError;
 use controller_core::safety::StopCause;
 use nalgebra::Point2;
 use serde::Serialize;
 
+use crate::contender::Contender;
 use crate::khepera::{KheperaModel, TruePose, wrapped};
 use crate::number::narrow_point;
 use crate::random::{Purpose, Stream};
 use crate::route_planner::{self, RouteError};
-use crate::scenario::{ControllerKind, Route, Scenario, Trigger};
+use crate::scenario::{Route, Scenario, Trigger};
 use crate::sil::{ControllerPort, Order};
 use crate::simulation::{Simulation, seconds};
 
@@ -100,14 +101,13 @@ pub struct MissionOptions {
     pub sample_ms: u64,
 }
 
-/// The configuration that a scenario asks for, on the base of another.
+/// The configuration that a scenario asks for, on the base of another; without a contender, for the one that the
+/// scenario names. Of what peers need, it has the robot and the schedule.
 #[must_use]
-pub fn config_for(scenario: &Scenario, base: &Config, architecture: Option<Architecture>) -> Config {
+pub fn config_for(scenario: &Scenario, base: &Config, contender: Option<Contender>) -> Config {
     let mut config = base.clone();
-    config.architecture = architecture.unwrap_or(match scenario.controller {
-        ControllerKind::Cooperative => Architecture::Cooperative,
-        ControllerKind::Fusion => Architecture::Fusion,
-    });
+    let contender = contender.unwrap_or_else(|| Contender::of(scenario));
+    config.architecture = contender.architecture().unwrap_or(base.architecture);
     // Checked by the scenario: a multiple of 128 below 10 s.
     config.schedule.target_period_ms = u16::try_from(scenario.target_period_ms).unwrap_or(u16::MAX);
     config

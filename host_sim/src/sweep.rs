@@ -5,15 +5,21 @@
 
 use core::ops::Range;
 
-use controller_core::config::{Architecture, Config, ConfigError};
+use controller_core::config::{Config, ConfigError};
 use controller_core::kohonen::output::Output;
 use controller_core::scalar::Scalar;
 use controller_core::state_hash::StateHash;
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
+use crate::contender::Contender;
 use crate::mission::{self, MissionError, MissionOptions, MissionResult};
+use crate::peers;
+use crate::peers::config::PeerConfigError;
+use crate::peers::port::PeerPort;
+use crate::peers::robot::PeerRobot;
 use crate::scenario::Scenario;
+use crate::settings::Settings;
 use crate::sil::{HostMap, Sil};
 use crate::simulation::PAPERS;
 use crate::statistics::{Rate, quantile};
@@ -26,6 +32,9 @@ pub enum SweepError {
     /// The configuration cannot be used.
     #[error(transparent)]
     Config(#[from] ConfigError),
+    /// The configuration of the peers cannot be used.
+    #[error(transparent)]
+    Peers(#[from] PeerConfigError),
     /// The mission cannot begin.
     #[error(transparent)]
     Mission(#[from] MissionError),
@@ -104,18 +113,27 @@ pub fn learn_each<S: Scalar, O: Output<S>>(
     learned.into_iter().collect()
 }
 
-/// One run; the log is kept every `sample_ms`, 0 for none.
+/// One run of a contender, by default the one that the scenario names; the log is kept every `sample_ms`, 0 for none.
+///
+/// Peers do not look at the map.
 ///
 /// # Errors
 /// If the configuration cannot be used, or the mission cannot begin.
 pub fn run_one<S: Scalar, O: Output<S>>(
     scenario: &Scenario,
-    base: &Config,
-    architecture: Option<Architecture>,
+    base: &Settings,
+    contender: Option<Contender>,
     map: &HostMap<S, O>,
     options: MissionOptions,
 ) -> Result<MissionResult, SweepError> {
-    let config = mission::config_for(scenario, base, architecture);
+    let config = mission::config_for(scenario, &base.core, contender);
+    let navigator =
+        contender.and_then(|contender| peers::navigator(contender, PeerRobot::new(&config), &base.peers));
+    if let Some(navigator) = navigator {
+        base.peers.validate()?;
+        let controller = PeerPort::new(navigator, &config, &base.peers)?;
+        return Ok(mission::run(scenario, controller, &config, options)?);
+    }
     // Navigation does not ask how long the map was trained.
     let controller = Sil::trained(&config, map.clone(), 0)?;
     Ok(mission::run(scenario, controller, &config, options)?)
@@ -136,8 +154,8 @@ pub struct SweepPlan {
 /// That of the first run, in their order, that cannot begin.
 pub fn run_all<S: Scalar, O: Output<S>>(
     scenario: &Scenario,
-    base: &Config,
-    architecture: Option<Architecture>,
+    base: &Settings,
+    contender: Option<Contender>,
     maps: &Maps<S, O>,
     plan: &SweepPlan,
     progress: &(dyn Fn() + Sync),
@@ -146,7 +164,7 @@ pub fn run_all<S: Scalar, O: Output<S>>(
     let run = |(run, seed)| {
         let sample_ms = if run < plan.logged { LOG_PERIOD_MS } else { 0 };
         let options = MissionOptions { seed, sample_ms };
-        let result = maps.with(run, |map| run_one(scenario, base, architecture, map, options));
+        let result = maps.with(run, |map| run_one(scenario, base, contender, map, options));
         progress();
         result
     };

@@ -25,7 +25,7 @@ use tests::statistics::{largest, mean};
 const TRIALS: core::ops::RangeInclusive<u64> = 401..=405;
 
 fn setting(name: &str) -> Config {
-    config_file::load(Path::new(name)).unwrap()
+    config_file::load(Path::new(name)).unwrap().core
 }
 
 /// E of each trial in mm, and all results.

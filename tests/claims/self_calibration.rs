@@ -23,7 +23,7 @@ use tests::learning::Indirect;
 const TRIALS: core::ops::RangeInclusive<u64> = 501..=502;
 
 fn the_map_follows_its_robot<S: Scalar>() {
-    let config = config_file::load(Path::new("precise")).unwrap();
+    let config = config_file::load(Path::new("precise")).unwrap().core;
     let plan = CalibrationPlan {
         training: TrainingPlan { steps: 3000, ..TrainingPlan::default() },
         further_steps: 500,

@@ -4,6 +4,7 @@ use controller_core::config::{Architecture, Config};
 use controller_core::scalar::Scalar;
 use host_sim::mission::MissionResult;
 use host_sim::scenario::Scenario;
+use host_sim::settings::Settings;
 use host_sim::statistics::Rate;
 use host_sim::sweep::{Maps, SweepPlan, learn_each, run_all, summarise};
 use host_sim::training::TrainingPlan;
@@ -27,7 +28,8 @@ pub fn sweep<S: Scalar>(scenario: &str, architecture: Architecture, runs: u64) -
         learn_each::<S, Indirect<S>>(&config, &plan, seeds.clone(), &|| ()).expect("the default is valid");
     let maps = Maps::PerRun(learned.into_iter().map(|learned| learned.map).collect());
     let plan = SweepPlan { seeds, logged: 0 };
-    run_all(&scenario, &config, Some(architecture), &maps, &plan, &|| ()).expect("every run begins")
+    let settings = Settings::from(config);
+    run_all(&scenario, &settings, Some(architecture.into()), &maps, &plan, &|| ()).expect("every run begins")
 }
 
 /// Success rate in percent, printed with its interval and the contacts.

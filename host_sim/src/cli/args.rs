@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use controller_core::config::Architecture;
+use host_sim::contender::Contender;
 use host_sim::link::address::{Address, FORMS};
 use protocol::message::ScalarKind;
 
@@ -132,6 +132,7 @@ Examples:
   host_sim run p2_fig6 --out out                once, with figure (SVG) and log (CSV)
   host_sim run p2_fig7 --runs 100               both controllers with seeds 1 to 100
   host_sim run my.toml --controller fusion      a scenario of your own
+  host_sim run p2_fig7 --controller vfh         a controller that people use instead; it needs no map
   host_sim run p2_fig6 --map out/map.ekm        with a map that was saved
   host_sim run p2_fig6 --runs 100 --fresh-maps --controller cooperative --require 95
   host_sim run p2_fig6 --link stub --verify     a board played by this process, behind real frames
@@ -142,9 +143,9 @@ With --runs, run i has seed N + i; the hash over all runs does not depend on --t
 pub struct RunArgs {
     /// A built-in scenario (see `scenarios`) or a TOML file
     pub scenario: String,
-    /// How target reaching and obstacle avoidance are integrated; default: as the scenario says, or both with --runs
+    /// Who drives; default: as the scenario says, or cooperative and fusion with --runs
     #[arg(long, value_enum)]
-    pub controller: Option<ControllerArg>,
+    pub controller: Option<Contender>,
     #[command(flatten)]
     pub learning: LearningArgs,
     /// How many runs, with consecutive seeds
@@ -472,32 +473,6 @@ impl ScalarArg {
         match self {
             Self::F32 => ScalarKind::F32,
             Self::Fixed => ScalarKind::Fixed,
-        }
-    }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum ControllerArg {
-    /// Cooperative EKMs with neural integration (P2)
-    Cooperative,
-    /// Braitenberg avoidance with command fusion (P1)
-    Fusion,
-}
-
-impl ControllerArg {
-    pub const ALL: [Self; 2] = [Self::Cooperative, Self::Fusion];
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Cooperative => "cooperative",
-            Self::Fusion => "fusion",
-        }
-    }
-
-    pub fn architecture(self) -> Architecture {
-        match self {
-            Self::Cooperative => Architecture::Cooperative,
-            Self::Fusion => Architecture::Fusion,
         }
     }
 }

@@ -5,6 +5,7 @@
 use std::time::Instant;
 
 use controller_core::scalar::Fixed;
+use host_sim::contender::Contender;
 use host_sim::map_store::StoredScalar;
 use host_sim::mission::MissionOptions;
 use host_sim::scenario::Scenario;
@@ -12,9 +13,9 @@ use host_sim::sil::Indirect;
 use host_sim::sweep;
 use serde_json::json;
 
-use super::args::{BenchArgs, ControllerArg, ScalarArg};
+use super::args::{BenchArgs, ScalarArg};
 use super::error::{CliError, Outcome};
-use super::learning::{configuration, learn, seeds, training_plan};
+use super::learning::{learn, seeds, settings, training_plan};
 use super::output::{print, print_json};
 use super::table::{facts, table};
 
@@ -48,23 +49,24 @@ pub fn bench(args: &BenchArgs) -> Result<Outcome, CliError> {
 }
 
 fn bench_in<S: StoredScalar>(args: &BenchArgs) -> Result<Outcome, CliError> {
-    let config = configuration(&args.learning)?;
+    let settings = settings(&args.learning)?;
+    let config = &settings.core;
     let scenario = Scenario::builtin(SCENARIO)?;
     let seeds = seeds(args.learning.seed, args.runs)?;
     let plan = training_plan(&args.learning);
     let mut map = None;
     let mut speeds = vec![Speed::of(String::from("training"), || {
-        map = Some(learn::<S, Indirect<S>>(&config, &plan)?.map);
+        map = Some(learn::<S, Indirect<S>>(config, &plan)?.map);
         Ok(f64::from(plan.steps) * f64::from(config.schedule.step_ms) / 1000.0)
     })?];
     let map = map.unwrap_or_default();
-    for controller in ControllerArg::ALL {
+    for controller in Contender::PAPERS {
         speeds.push(Speed::of(format!("{SCENARIO}, {}", controller.name()), || {
             let mut virtual_s = 0.0;
             for seed in seeds.clone() {
                 let options = MissionOptions { seed, sample_ms: 0 };
-                let architecture = Some(controller.architecture());
-                virtual_s += sweep::run_one(&scenario, &config, architecture, &map, options)?.duration_s;
+                let run = sweep::run_one(&scenario, &settings, Some(controller), &map, options)?;
+                virtual_s += run.duration_s;
             }
             Ok(virtual_s)
         })?);

@@ -1,7 +1,8 @@
 //! `config`: every number of the controller, as a file for `--config` or as a list with units and ranges.
 
-use controller_core::config::{Config, Kind, PARAMETERS, Parameter};
+use controller_core::config::{Kind, PARAMETERS, Parameter};
 use host_sim::config_file;
+use host_sim::settings::Settings;
 use serde_json::{Value, json};
 
 use super::args::ConfigArgs;
@@ -13,6 +14,7 @@ const HEAD: &str = "\
 # Configuration of the controller, for `--config`. SI units; a key that is left out keeps its default.
 # `architecture` and `schedule.target_period_ms` are not used by `run`: the scenario or --controller says them.
 # What each number does: the documentation of `controller_core::config`. Units and ranges: `config --list`.
+# `[peers…]` are the controllers of others, for `run --controller apf` and so on: `host_sim::peers`.
 
 ";
 
@@ -21,7 +23,7 @@ pub fn config(args: &ConfigArgs) -> Result<Outcome, CliError> {
         let printed = if args.json { print_json(&document()) } else { print(&list()) };
         return printed.map(|()| Outcome::Ok);
     }
-    let config = args.config.as_deref().map_or_else(|| Ok(Config::default()), config_file::load)?;
+    let config = args.config.as_deref().map_or_else(|| Ok(Settings::default()), config_file::load)?;
     let text = config_file::to_toml(&config)
         .map_err(|error| CliError::Request(format!("the configuration cannot be printed ({error})")))?;
     print(&format!("{HEAD}{text}"))?;

@@ -79,6 +79,7 @@ impl From<SweepError> for CliError {
     fn from(error: SweepError) -> Self {
         match error {
             SweepError::Config(error) => error.into(),
+            SweepError::Peers(error) => Self::Request(format!("{error}; correct it in the file of --config")),
             SweepError::Mission(error) => error.into(),
         }
     }

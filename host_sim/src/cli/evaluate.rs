@@ -43,7 +43,7 @@ fn positioning(args: &EvaluatePositioningArgs) -> Result<Outcome, CliError> {
     let configs: Vec<(String, Config)> = args
         .config
         .iter()
-        .map(|path| Ok((name_of(path), config_file::load(path)?)))
+        .map(|path| Ok((name_of(path), config_file::load(path)?.core)))
         .collect::<Result<_, CliError>>()?;
     let names = [&[CSV], &figures::FILES[..]].concat();
     let folder = args.out.as_deref().map(|out| OutputFolder::open(out, &names)).transpose()?;

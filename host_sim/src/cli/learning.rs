@@ -10,6 +10,7 @@ use host_sim::config_file;
 use host_sim::map_store::{self, LearnedOn, StoredMap, StoredScalar};
 use host_sim::route_planner;
 use host_sim::scenario::{Route, Scenario};
+use host_sim::settings::Settings;
 use host_sim::sweep::{self, Learned};
 use host_sim::training::TrainingPlan;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -21,7 +22,12 @@ use super::progress::Progress;
 
 /// The configuration that was asked for, checked.
 pub fn configuration(args: &LearningArgs) -> Result<Config, CliError> {
-    Ok(args.config.as_deref().map_or_else(|| Ok(Config::default()), config_file::load)?)
+    Ok(settings(args)?.core)
+}
+
+/// The same with the peers' numbers.
+pub fn settings(args: &LearningArgs) -> Result<Settings, CliError> {
+    Ok(args.config.as_deref().map_or_else(|| Ok(Settings::default()), config_file::load)?)
 }
 
 /// A scenario that can be run: where it is to be planned, there is a plan, so that nobody waits for nothing.

@@ -111,7 +111,7 @@ fn nameless(address: &Address) -> CliError {
 
 fn run_in<S: StoredScalar>(args: &RunArgs, mut session: AnySession) -> Result<Outcome, CliError> {
     run_once::<S>(args, |task| {
-        let config = mission::config_for(task.scenario, task.config, Some(task.controller.architecture()));
+        let config = mission::config_for(task.scenario, &task.settings.core, Some(task.controller));
         session.configure(&config)?;
         session.upload_map(task.map, task.steps)?;
         let begin = Instant::now();

@@ -2,6 +2,7 @@
 
 use controller_core::config::Config;
 use controller_core::scalar::Fixed;
+use host_sim::contender::Contender;
 use host_sim::map_store::{self, StoredScalar};
 use host_sim::mission::MissionOptions;
 use host_sim::scenario::Scenario;
@@ -9,15 +10,15 @@ use host_sim::sil::Indirect;
 use host_sim::sweep::{self, LOG_PERIOD_MS};
 use serde_json::json;
 
-use super::args::{ControllerArg, MainJobArgs, ScalarArg};
+use super::args::{MainJobArgs, ScalarArg};
 use super::error::{CliError, Outcome};
-use super::learning::{configuration, learn, training_plan};
+use super::learning::{learn, settings, training_plan};
 use super::output::{OutputFolder, print, print_json};
 use super::single_run::{SingleRun, file_names};
 use super::table::facts;
 
 const SCENARIO: &str = "p2_fig6";
-const CONTROLLER: ControllerArg = ControllerArg::Cooperative;
+const CONTROLLER: Contender = Contender::Cooperative;
 const MAP_FILE: &str = "map.ekm";
 
 pub fn main_job(args: &MainJobArgs) -> Result<Outcome, CliError> {
@@ -28,20 +29,20 @@ pub fn main_job(args: &MainJobArgs) -> Result<Outcome, CliError> {
 }
 
 fn main_job_in<S: StoredScalar>(args: &MainJobArgs) -> Result<Outcome, CliError> {
-    let config = configuration(&args.learning)?;
+    let settings = settings(&args.learning)?;
+    let config = &settings.core;
     let scenario = Scenario::builtin(SCENARIO)?;
     let [svg, csv] = file_names(&scenario);
     let folder = OutputFolder::open(&args.out, &[MAP_FILE, &svg, &csv])?;
 
     let plan = training_plan(&args.learning);
-    let learned = learn::<S, Indirect<S>>(&config, &plan)?;
-    let map = map_store::to_bytes(&learned.map, &config, plan.seed, plan.steps).map_err(|error| {
+    let learned = learn::<S, Indirect<S>>(config, &plan)?;
+    let map = map_store::to_bytes(&learned.map, config, plan.seed, plan.steps).map_err(|error| {
         CliError::Request(format!("the map cannot be saved ({error}); change the configuration"))
     })?;
 
     let options = MissionOptions { seed: plan.seed, sample_ms: LOG_PERIOD_MS };
-    let architecture = Some(CONTROLLER.architecture());
-    let result = sweep::run_one(&scenario, &config, architecture, &learned.map, options)?;
+    let result = sweep::run_one(&scenario, &settings, Some(CONTROLLER), &learned.map, options)?;
     let run = SingleRun { scenario: &scenario, controller: CONTROLLER, scalar: S::NAME, result: &result };
 
     let mut files = vec![folder.write(MAP_FILE, &map)?];
@@ -49,7 +50,7 @@ fn main_job_in<S: StoredScalar>(args: &MainJobArgs) -> Result<Outcome, CliError>
     if args.json {
         print_json(&run.json(&json!({ "seed": plan.seed, "steps": plan.steps }), &files))?;
     } else {
-        let learned = facts([("learned", training_text(plan.steps, &config))]);
+        let learned = facts([("learned", training_text(plan.steps, config))]);
         print(&format!("{learned}{}\nwrote {}\n{}", run.text(), files.join(", "), run.verdict()))?;
     }
     Ok(if result.success { Outcome::Ok } else { Outcome::RobotFailed })

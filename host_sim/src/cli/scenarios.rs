@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use super::args::ScenariosArgs;
 use super::error::{CliError, Outcome};
 use super::output::{print, print_json};
-use super::single_run::controller_of;
 use super::table::facts;
+use host_sim::contender::Contender;
 
 pub fn scenarios(args: &ScenariosArgs) -> Result<Outcome, CliError> {
     match &args.name {
@@ -49,7 +49,7 @@ fn text(scenario: &Scenario) -> String {
         ("source", scenario.source.clone()),
         ("route", route(scenario)),
         ("world", format!("{known} known and {unforeseen} unforeseen solids, {movers} moving")),
-        ("controller", controller_of(scenario).name().to_owned()),
+        ("controller", Contender::of(scenario).name().to_owned()),
         ("time limit", format!("{} s", scenario.time_limit_s)),
         ("noise", format!("{} of a range, {} of a command", scenario.noise.sensor, scenario.noise.actuator)),
     ])
@@ -61,7 +61,7 @@ fn document(scenario: &Scenario) -> Value {
         "title": scenario.title,
         "source": scenario.source,
         "planned": matches!(scenario.route, Route::Planned { .. }),
-        "controller": controller_of(scenario).name(),
+        "controller": Contender::of(scenario).name(),
         "time_limit_s": scenario.time_limit_s,
     })
 }

@@ -1,12 +1,12 @@
 //! One run: what is printed of it and written about it.
 
 use controller_core::safety::StopCause;
+use host_sim::contender::Contender;
 use host_sim::mission::MissionResult;
 use host_sim::run_log;
-use host_sim::scenario::{ControllerKind, Scenario};
+use host_sim::scenario::Scenario;
 use serde_json::{Value, json};
 
-use super::args::ControllerArg;
 use super::error::CliError;
 use super::output::{OutputFolder, hex};
 use super::table::{facts, millimetres, table};
@@ -14,17 +14,9 @@ use super::table::{facts, millimetres, table};
 /// The run and what made it: enough to repeat it.
 pub struct SingleRun<'a> {
     pub scenario: &'a Scenario,
-    pub controller: ControllerArg,
+    pub controller: Contender,
     pub scalar: &'static str,
     pub result: &'a MissionResult,
-}
-
-/// The controller that runs if the user does not say.
-pub fn controller_of(scenario: &Scenario) -> ControllerArg {
-    match scenario.controller {
-        ControllerKind::Cooperative => ControllerArg::Cooperative,
-        ControllerKind::Fusion => ControllerArg::Fusion,
-    }
 }
 
 /// Names of the files that [`SingleRun::write`] writes.

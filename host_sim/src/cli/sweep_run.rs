@@ -1,5 +1,6 @@
 //! `run --runs N`: rates over many seeds, both controllers beside each other.
 
+use host_sim::contender::Contender;
 use host_sim::map_store::StoredScalar;
 use host_sim::mission::MissionResult;
 use host_sim::run_log;
@@ -10,13 +11,12 @@ use host_sim::sweep::{self, Maps, SweepPlan, SweepSummary};
 use nalgebra::Point2;
 use serde_json::{Value, json};
 
-use super::args::{ControllerArg, RunArgs};
+use super::args::RunArgs;
 use super::error::{CliError, Outcome};
-use super::learning::{
-    configuration, learn, learn_each, load_map, load_scenario, seeds, threads, training_plan,
-};
+use super::learning::{learn, learn_each, load_map, load_scenario, seeds, settings, threads, training_plan};
 use super::output::{OutputFolder, hex, print, print_json};
 use super::progress::Progress;
+use super::run::NO_MAP;
 use super::single_run::result_json;
 use super::table::{facts, millimetres, percent, table};
 
@@ -25,17 +25,18 @@ const DRAWN_PATHS: usize = 20;
 
 /// All runs of one controller.
 struct Column {
-    controller: ControllerArg,
+    controller: Contender,
     results: Vec<MissionResult>,
     summary: SweepSummary,
 }
 
 pub fn sweep_run<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
-    let config = configuration(&args.learning)?;
+    let settings = settings(&args.learning)?;
+    let config = &settings.core;
     let scenario = load_scenario(&args.scenario)?;
     let seeds = seeds(args.learning.seed, args.runs)?;
     let threads = threads(args.threads)?;
-    let loaded = load_map::<S>(args, &config)?;
+    let loaded = load_map::<S>(args, config)?;
     let [svg, csv] = file_names(&scenario);
     let folder = args.out.as_deref().map(|path| OutputFolder::open(path, &[&svg, &csv])).transpose()?;
 
@@ -43,21 +44,22 @@ pub fn sweep_run<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
     let maps = if let Some(stored) = loaded {
         Maps::Shared(Box::new(stored.map))
     } else if args.fresh_maps {
-        let learned = threads.install(|| learn_each::<S, Indirect<S>>(&config, &plan, seeds.clone()))?;
+        let learned = threads.install(|| learn_each::<S, Indirect<S>>(config, &plan, seeds.clone()))?;
         Maps::PerRun(learned.into_iter().map(|learned| learned.map).collect())
+    } else if is_peer(args) {
+        Maps::PerRun(Vec::new())
     } else {
-        Maps::Shared(Box::new(learn::<S, Indirect<S>>(&config, &plan)?.map))
+        Maps::Shared(Box::new(learn::<S, Indirect<S>>(config, &plan)?.map))
     };
     let controllers =
-        args.controller.map_or_else(|| ControllerArg::ALL.to_vec(), |controller| vec![controller]);
+        args.controller.map_or_else(|| Contender::PAPERS.to_vec(), |controller| vec![controller]);
     let sweep = SweepPlan { seeds, logged: if folder.is_some() { DRAWN_PATHS } else { 0 } };
     let mut columns = Vec::new();
     for controller in controllers {
         let bar = Progress::new(controller.name(), u64::from(args.runs));
-        let architecture = Some(controller.architecture());
         let progress = || bar.advance();
-        let results =
-            threads.install(|| sweep::run_all(&scenario, &config, architecture, &maps, &sweep, &progress))?;
+        let runs = || sweep::run_all(&scenario, &settings, Some(controller), &maps, &sweep, &progress);
+        let results = threads.install(runs)?;
         columns.push(Column { controller, summary: sweep::summarise(&results), results });
     }
 
@@ -76,6 +78,11 @@ pub fn sweep_run<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
         column.summary.success.share() * 100.0 >= required
     };
     Ok(if columns.iter().all(enough) { Outcome::Ok } else { Outcome::RobotFailed })
+}
+
+/// Whether all runs are those of a controller that needs no map.
+fn is_peer(args: &RunArgs) -> bool {
+    args.controller.is_some_and(Contender::is_peer)
 }
 
 /// Names of the files of a sweep.
@@ -134,6 +141,7 @@ fn text(args: &RunArgs, scenario: &Scenario, scalar: &str, columns: &[Column], f
     let last = first + u64::from(args.runs) - 1;
     let map = match (&args.map, args.fresh_maps) {
         (Some(path), _) => path.display().to_string(),
+        _ if is_peer(args) => String::from(NO_MAP),
         (None, true) => format!("one for each run, {} steps", args.learning.steps),
         (None, false) => format!("one for all runs, {} steps, seed {first}", args.learning.steps),
     };
@@ -209,7 +217,7 @@ fn document(
         "seed": args.learning.seed,
         "runs": args.runs,
         "training": {
-            "steps": args.map.is_none().then_some(args.learning.steps),
+            "steps": (args.map.is_none() && !is_peer(args)).then_some(args.learning.steps),
             "map": args.map.as_ref().map(|path| path.display().to_string()),
             "fresh_maps": args.fresh_maps,
         },

@@ -28,7 +28,7 @@ struct Recovery {
 }
 
 pub fn calibration(args: &EvaluateCalibrationArgs) -> Result<Outcome, CliError> {
-    let config = config_file::load(&args.config)?;
+    let config = config_file::load(&args.config)?.core;
     let folder = args.out.as_deref().map(|out| OutputFolder::open(out, &[FIGURE])).transpose()?;
     let seeds: Vec<u64> = seeds(args.trials.seed, args.trials.count)?.collect();
     let plan = CalibrationPlan {

@@ -1,0 +1,98 @@
+//! Artificial potential field: the target attracts, obstacles repel, and the robot follows the sum.
+//!
+//! Source: O. Khatib, *Real-Time Obstacle Avoidance for Manipulators and Mobile Robots*, Int. J. of Robotics Research
+//! 5(1), 1986. The repulsion is its FIRAS function, `η (1/ρ − 1/ρ₀) / ρ²` away from an obstacle at distance ρ < ρ₀.
+//!
+//! # Left open, and chosen
+//!
+//! * **Attraction**: of constant size (the potential grows with the distance, not with its square), since a far target
+//!   must not outweigh every obstacle. All gains are relative to it.
+//! * **Obstacles**: what each of the twelve sensors sees now is one, ρ the range beyond the body. The field has no
+//!   memory.
+//! * **A body that cannot move sideways**: the robot turns towards the force and drives on as far as it looks there.
+//!   Speed falls with the free way ahead.
+//! * **Swirl**: a share of each repulsion is turned by 90°, to the side on which the target lies (vortex fields: C. De
+//!   Medio and G. Oriolo, *Robot Obstacle Avoidance Using Vortex Fields*, 1991). 0 is Khatib's field.
+
+use controller_core::sensing::proximity::sensor_bearing;
+use nalgebra::Vector2;
+
+use super::config::{linear, logarithmic, numbers};
+use super::robot::{PeerRobot, Twist, free_way};
+use super::{Navigator, View};
+use crate::proximity_model::SENSORS;
+
+numbers! {
+    /// Numbers of the potential field.
+    ApfConfig {
+        /// ρ₀: obstacles farther beyond the body than this do not repel, in m.
+        range_m: 0.06, 0.001 to 20.0, linear(0.01, 0.175);
+        /// η, relative to the attraction, in m³.
+        repulsion_m3: 1e-6, 0.0 to 1.0, logarithmic(1e-9, 1e-4);
+        /// Share of the repulsion that goes around the obstacle.
+        swirl: 0.5, 0.0 to 100.0, linear(0.0, 2.0);
+        /// Speed where nothing is near, as a share of c*.
+        cruise_share: 0.8, 0.01 to 1.0, linear(0.3, 1.0);
+        /// Time that the free way ahead must last, in s.
+        headway_s: 0.4, 0.0 to 100.0, linear(0.1, 1.5);
+        /// What the way ahead must leave free beside the body, in m.
+        margin_m: 0.003, 0.0 to 1.0, linear(0.0, 0.01);
+        /// Beyond this bearing of the force the robot turns on the spot, in rad.
+        spot_rad: 0.8, 0.01 to 3.2, linear(0.3, 1.57);
+        /// Time constant of the turn towards the force, in s.
+        turn_time_s: 0.25, 0.01 to 10.0, linear(0.13, 0.6);
+    }
+}
+
+/// Ranges below this repel no more, in m: half of what the sensors resolve.
+const NEAREST_M: f64 = 0.0025;
+
+/// The potential field; it has no state.
+#[derive(Debug, Clone)]
+pub struct PotentialField {
+    robot: PeerRobot,
+    config: ApfConfig,
+}
+
+impl PotentialField {
+    /// A field for a robot.
+    #[must_use]
+    pub fn new(robot: PeerRobot, config: ApfConfig) -> Self {
+        Self { robot, config }
+    }
+
+    /// The sum of attraction (of size 1) and repulsions, robot frame.
+    fn force(&self, view: &View) -> Vector2<f64> {
+        let (sin, cos) = libm::sincos(view.target.bearing_rad);
+        let attraction = Vector2::new(cos, sin);
+        let mut force = attraction;
+        for (sensor, distance) in view.ranges.iter().enumerate() {
+            let Some(distance) = distance else { continue };
+            let range = (distance - self.robot.body_radius_m).max(NEAREST_M);
+            if range >= self.config.range_m {
+                continue;
+            }
+            let size = self.config.repulsion_m3 * (1.0 / range - 1.0 / self.config.range_m) / (range * range);
+            let (sin, cos) = libm::sincos(f64::from(sensor_bearing::<f32>(sensor, SENSORS)));
+            let away = -Vector2::new(cos, sin);
+            let side = if away.perp(&attraction) < 0.0 { -1.0 } else { 1.0 };
+            force += (away + Vector2::new(-away.y, away.x) * (side * self.config.swirl)) * size;
+        }
+        force
+    }
+}
+
+impl Navigator for PotentialField {
+    fn decide(&mut self, view: &View) -> Twist {
+        let config = &self.config;
+        let force = self.force(view);
+        let bearing = libm::atan2(force.y, force.x);
+        let radius = self.robot.body_radius_m + config.margin_m;
+        let free = free_way(view.points, 0.0, radius, self.robot.reach_m);
+        let cruise = config.cruise_share * self.robot.speed_limit_mps;
+        let speed = cruise.min(free / config.headway_s.max(self.robot.period_s));
+        self.robot.heading_for(bearing, speed, config.spot_rad, config.turn_time_s)
+    }
+
+    fn reset(&mut self) {}
+}

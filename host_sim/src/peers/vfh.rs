@@ -1,0 +1,340 @@
+//! VFH+: a histogram of obstacle density over all directions, and the free one that costs least.
+//!
+//! Source: I. Ulrich and J. Borenstein, *VFH+: Reliable Obstacle Avoidance for Fast Mobile Robots*, ICRA 1998; the
+//! certainty grid is that of J. Borenstein and Y. Koren, *Histogramic In-Motion Mapping for Mobile Robot Obstacle
+//! Avoidance*, IEEE Trans. Robotics and Automation 7(4), 1991. In each period: the **primary** histogram of the active
+//! window, in which each cell is enlarged by the robot's radius and a safety distance; the **binary** one with
+//! hysteresis; the **masked** one, without what the robot cannot turn to at its speed; candidate directions in its
+//! openings; the cheapest by `μ₁ |off target| + μ₂ |off heading| + μ₃ |off last choice|`.
+//!
+//! # Left open, and chosen
+//!
+//! * **Scale**: cells of 1 cm, sectors of 5°; a reading goes to the cell on the axis of its beam.
+//! * **A cell inside the enlarged body** blocks half of the circle (asin is not defined there).
+//! * **Turning circle**: a differential drive turns on the spot, if slow enough: the radius grows with the speed.
+//!   Where that masks everything, the robot brakes and turns by the binary histogram.
+//! * **Nothing free**: the robot turns on the spot towards the lowest density, and sees what is there.
+//! * **Cells beyond the target** block nothing.
+//! * **Speed** falls with the turn and with the free way ahead.
+
+use core::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use controller_core::sensing::proximity::sensor_bearing;
+use nalgebra::{Point2, Vector2};
+
+use super::config::{given, linear, logarithmic, numbers};
+use super::robot::{PeerRobot, Twist, free_way, turn};
+use super::{Navigator, View};
+use crate::proximity_model::SENSORS;
+
+numbers! {
+    /// Numbers of VFH+.
+    VfhConfig {
+        /// Radius of the active window, in m.
+        window_m: 0.2, 0.05 to 1.0, linear(0.08, 0.5);
+        /// Distance that is added to the body's radius, in m.
+        safety_m: 0.004, 0.0 to 1.0, linear(0.0, 0.02);
+        /// Certainty that a reading adds to its cell, of at most 1.
+        hit: 0.5, 0.01 to 1.0, linear(0.1, 1.0);
+        /// Certainty that it takes from each cell before it.
+        miss: 0.2, 0.0 to 1.0, linear(0.0, 0.6);
+        /// a: weight of the nearest cells against 1 at the rim of the window.
+        near_weight: 4.0, 1.0 to 1000.0, logarithmic(1.0, 30.0);
+        /// Density below which a blocked sector becomes free.
+        threshold_low: 0.3, 0.0 to 1000.0, logarithmic(0.03, 3.0);
+        /// Density above which a free sector is blocked, as a multiple of the other.
+        threshold_ratio: 1.5, 1.0 to 1000.0, linear(1.0, 4.0);
+        /// Openings of more sectors than this are wide: the robot keeps half of it from their edges.
+        wide_sectors: 16.0, 1.0 to 72.0, linear(4.0, 30.0);
+        /// μ₁: off the target.
+        target_cost: 5.0, 0.0 to 1000.0, given();
+        /// μ₂: off the heading.
+        heading_cost: 2.0, 0.0 to 1000.0, linear(0.0, 6.0);
+        /// μ₃: off the last choice.
+        change_cost: 2.0, 0.0 to 1000.0, linear(0.0, 6.0);
+        /// Radius of the turning circle over the speed, in s.
+        turning_s: 0.1, 0.0 to 100.0, linear(0.0, 0.5);
+        /// Speed where nothing is near, as a share of c*.
+        cruise_share: 0.8, 0.01 to 1.0, linear(0.3, 1.0);
+        /// Time that the free way ahead must last, in s.
+        headway_s: 0.4, 0.0 to 100.0, linear(0.1, 1.5);
+        /// Beyond this bearing the robot turns on the spot, in rad.
+        spot_rad: 0.8, 0.01 to 3.2, linear(0.3, 1.57);
+        /// Time constant of a turn, in s.
+        turn_time_s: 0.25, 0.01 to 10.0, linear(0.13, 0.6);
+    }
+}
+
+/// Edge of a cell in m.
+const CELL_M: f64 = 0.01;
+/// Sectors of the histogram.
+const SECTORS: usize = 72;
+const SECTOR_RAD: f64 = TAU / 72.0;
+
+/// The certainty grid: a square window of the world that moves with the robot by whole cells.
+#[derive(Debug, Clone)]
+struct Grid {
+    /// Cells from the middle to the rim.
+    half: i32,
+    /// The cell in the middle.
+    centre: (i32, i32),
+    cells: Vec<f64>,
+}
+
+/// The cell of a coordinate; far off the world it saturates.
+#[allow(clippy::cast_possible_truncation, reason = "saturates, and no world is that large")]
+fn cell_of(coordinate_m: f64) -> i32 {
+    libm::floor(coordinate_m / CELL_M) as i32
+}
+
+/// The middle of a cell.
+fn middle(cell: i32) -> f64 {
+    (f64::from(cell) + 0.5) * CELL_M
+}
+
+impl Grid {
+    fn new(window_m: f64) -> Self {
+        let half = cell_of(window_m).clamp(1, 200);
+        let side = usize::try_from(2 * half + 1).unwrap_or(1);
+        Self { half, centre: (0, 0), cells: vec![0.0; side * side] }
+    }
+
+    fn clear(&mut self) {
+        self.cells.fill(0.0);
+    }
+
+    fn index(&self, (x, y): (i32, i32)) -> Option<usize> {
+        let side = 2 * self.half + 1;
+        let (column, row) = (x - self.centre.0 + self.half, y - self.centre.1 + self.half);
+        let is_inside = (0..side).contains(&column) && (0..side).contains(&row);
+        if is_inside { usize::try_from(row * side + column).ok() } else { None }
+    }
+
+    /// Moves the window to the robot; what leaves it is forgotten.
+    fn follow(&mut self, position: Point2<f64>) {
+        let centre = (cell_of(position.x), cell_of(position.y));
+        if centre == self.centre {
+            return;
+        }
+        let before = self.clone();
+        self.centre = centre;
+        self.clear();
+        for (cell, certainty) in before.occupied() {
+            if let Some(index) = self.index(cell) {
+                self.cells[index] = certainty;
+            }
+        }
+    }
+
+    /// Cells with any certainty.
+    fn occupied(&self) -> impl Iterator<Item = ((i32, i32), f64)> {
+        let side = 2 * self.half + 1;
+        let (left, low) = (self.centre.0 - self.half, self.centre.1 - self.half);
+        let places = (0..side).flat_map(move |row| (0..side).map(move |column| (left + column, low + row)));
+        places.zip(self.cells.iter().copied()).filter(|&(_, certainty)| certainty > 0.0)
+    }
+
+    fn add(&mut self, at: Point2<f64>, certainty: f64) {
+        if let Some(index) = self.index((cell_of(at.x), cell_of(at.y))) {
+            self.cells[index] = (self.cells[index] + certainty).clamp(0.0, 1.0);
+        }
+    }
+
+    /// A reading: certainty for the cell where it ends, none for those before it.
+    fn read(&mut self, config: &VfhConfig, view: &View, bearing_rad: f64, range: Option<f64>, free_m: f64) {
+        let (sin, cos) = libm::sincos(view.heading_rad + bearing_rad);
+        let axis = Vector2::new(cos, sin);
+        let end = range.unwrap_or(free_m);
+        let mut along = CELL_M;
+        while along < end - 1.5 * CELL_M {
+            self.add(view.position + axis * along, -config.miss);
+            along += CELL_M;
+        }
+        if let Some(range) = range {
+            self.add(view.position + axis * range, config.hit);
+        }
+    }
+}
+
+/// A cell as the histograms see it.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    /// Direction in the world, rad.
+    direction_rad: f64,
+    distance_m: f64,
+    certainty: f64,
+}
+
+/// VFH+ with its grid.
+#[derive(Debug, Clone)]
+pub struct Vfh {
+    robot: PeerRobot,
+    config: VfhConfig,
+    grid: Grid,
+    /// The binary histogram, for its hysteresis.
+    blocked: [bool; SECTORS],
+    /// The direction of the last choice, world frame.
+    last_rad: Option<f64>,
+}
+
+impl Vfh {
+    /// For a robot.
+    #[must_use]
+    pub fn new(robot: PeerRobot, config: VfhConfig) -> Self {
+        let grid = Grid::new(config.window_m);
+        Self { robot, config, grid, blocked: [false; SECTORS], last_rad: None }
+    }
+
+    fn look(&mut self, view: &View) -> Vec<Seen> {
+        self.grid.follow(view.position);
+        for (sensor, range) in view.ranges.iter().enumerate() {
+            let bearing = f64::from(sensor_bearing::<f32>(sensor, SENSORS));
+            self.grid.read(&self.config, view, bearing, *range, self.robot.reach_m);
+        }
+        let farthest = self.config.window_m.min(view.target.distance_m + self.robot.body_radius_m);
+        let seen = |((x, y), certainty)| {
+            let to = Point2::new(middle(x), middle(y)) - view.position;
+            Seen { direction_rad: libm::atan2(to.y, to.x), distance_m: to.norm(), certainty }
+        };
+        self.grid.occupied().map(seen).filter(|cell| cell.distance_m < farthest).collect()
+    }
+
+    /// The primary histogram: density of each sector.
+    fn densities(&self, cells: &[Seen]) -> [f64; SECTORS] {
+        let mut densities = [0.0; SECTORS];
+        let enlarged = self.robot.body_radius_m + self.config.safety_m;
+        let slope = (self.config.near_weight - 1.0) / (self.config.window_m * self.config.window_m);
+        for cell in cells {
+            let squared = cell.distance_m * cell.distance_m;
+            let weight = self.config.near_weight - slope * squared;
+            let magnitude = cell.certainty * cell.certainty * weight;
+            let half =
+                if cell.distance_m > enlarged { libm::asin(enlarged / cell.distance_m) } else { FRAC_PI_2 };
+            for (sector, density) in densities.iter_mut().enumerate() {
+                if turn(cell.direction_rad, direction(sector)).abs() <= half {
+                    *density += magnitude;
+                }
+            }
+        }
+        densities
+    }
+
+    /// The masked histogram: what is blocked, or out of the robot's turning circles.
+    fn masked(&self, view: &View, cells: &[Seen]) -> [bool; SECTORS] {
+        let radius = self.config.turning_s * view.speed.forward_mps.abs();
+        let enlarged = self.robot.body_radius_m + self.config.safety_m;
+        // How far the robot may turn to the left and to the right.
+        let (mut left, mut right) = (PI, -PI);
+        for cell in cells.iter().filter(|cell| cell.certainty * cell.certainty > 0.2) {
+            let bearing = turn(view.heading_rad, cell.direction_rad);
+            let (sin, cos) = libm::sincos(bearing);
+            let at = Vector2::new(cos, sin) * cell.distance_m;
+            let hits = |centre: f64| (at - Vector2::new(0.0, centre)).norm() < radius + enlarged;
+            if bearing >= 0.0 && bearing < left && hits(radius) {
+                left = bearing;
+            }
+            if bearing <= 0.0 && bearing > right && hits(-radius) {
+                right = bearing;
+            }
+        }
+        core::array::from_fn(|sector| {
+            let bearing = turn(view.heading_rad, direction(sector));
+            self.blocked[sector] || bearing > left || bearing < right
+        })
+    }
+
+    /// Candidate directions (world frame) of the openings of a histogram.
+    fn candidates(&self, view: &View, blocked: &[bool; SECTORS]) -> Vec<f64> {
+        let target = view.heading_rad + view.target.bearing_rad;
+        let Some(first) = blocked.iter().position(|&blocked| blocked) else { return vec![target] };
+        let wide = self.config.wide_sectors;
+        let mut candidates = Vec::new();
+        let (mut begin, mut width) = (0.0, 0.0);
+        // Once around from a blocked sector, so that every opening has a beginning and an end.
+        for step in 1..=SECTORS {
+            let sector = (first + step) % SECTORS;
+            if !blocked[sector] {
+                if width == 0.0 {
+                    begin = direction(sector);
+                }
+                width += 1.0;
+                continue;
+            }
+            if width > 0.0 && width <= wide {
+                candidates.push(begin + SECTOR_RAD * (width - 1.0) / 2.0);
+            } else if width > wide {
+                let keep = SECTOR_RAD * wide / 2.0;
+                let end = begin + SECTOR_RAD * (width - 1.0);
+                candidates.extend([begin + keep, end - keep]);
+                let into = turn(begin, target).rem_euclid(TAU);
+                if into > keep && into < end - begin - keep {
+                    candidates.push(target);
+                }
+            }
+            width = 0.0;
+        }
+        candidates
+    }
+
+    /// The cheapest candidate.
+    fn choose(&self, view: &View, candidates: &[f64]) -> Option<f64> {
+        let target = view.heading_rad + view.target.bearing_rad;
+        let last = self.last_rad.unwrap_or(view.heading_rad);
+        let config = &self.config;
+        let cost = |candidate: f64| {
+            config.target_cost * turn(target, candidate).abs()
+                + config.heading_cost * turn(view.heading_rad, candidate).abs()
+                + config.change_cost * turn(last, candidate).abs()
+        };
+        candidates.iter().copied().min_by(|&a, &b| cost(a).total_cmp(&cost(b)))
+    }
+
+    fn drive(&self, view: &View, direction: f64) -> Twist {
+        let config = &self.config;
+        let free =
+            free_way(view.points, 0.0, self.robot.body_radius_m + config.safety_m / 2.0, self.robot.reach_m);
+        let cruise = config.cruise_share * self.robot.speed_limit_mps;
+        let speed = cruise.min(free / config.headway_s.max(self.robot.period_s));
+        let bearing = turn(view.heading_rad, direction);
+        self.robot.heading_for(bearing, speed, config.spot_rad, config.turn_time_s)
+    }
+}
+
+/// The middle of a sector, world frame.
+fn direction(sector: usize) -> f64 {
+    let sector = u32::try_from(sector).unwrap_or(0);
+    (f64::from(sector) + 0.5) * SECTOR_RAD - PI
+}
+
+impl Navigator for Vfh {
+    fn decide(&mut self, view: &View) -> Twist {
+        let cells = self.look(view);
+        let densities = self.densities(&cells);
+        let low = self.config.threshold_low;
+        let high = low * self.config.threshold_ratio;
+        for (blocked, density) in self.blocked.iter_mut().zip(densities) {
+            *blocked = density > high || (*blocked && density >= low);
+        }
+        let masked = self.masked(view, &cells);
+        if let Some(direction) = self.choose(view, &self.candidates(view, &masked)) {
+            self.last_rad = Some(direction);
+            return self.drive(view, direction);
+        }
+        // Out of reach at this speed, or blocked all around: turn on the spot.
+        let open = self.choose(view, &self.candidates(view, &self.blocked));
+        self.last_rad = open;
+        let emptiest = || {
+            let sectors = densities.iter().enumerate();
+            let lowest = sectors.min_by(|a, b| a.1.total_cmp(b.1));
+            lowest.map_or(view.heading_rad, |(sector, _)| direction(sector))
+        };
+        let motion = self.drive(view, open.unwrap_or_else(emptiest));
+        Twist { forward_mps: 0.0, ..motion }
+    }
+
+    fn reset(&mut self) {
+        self.grid.clear();
+        self.blocked = [false; SECTORS];
+        self.last_rad = None;
+    }
+}
