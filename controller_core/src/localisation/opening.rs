@@ -56,6 +56,8 @@ struct Corridor<S> {
 
 /// Directions around the robot that are tried.
 const DIRECTIONS: i32 = 36;
+/// On a detour openings are looked for so far towards the wall from the wanted direction, in the angle that is searched.
+const WALL_SIDE: f32 = 0.8;
 /// Beyond the jambs, in body radii, that an opening's far place lies.
 const BEYOND: f32 = 2.0;
 
@@ -118,12 +120,13 @@ impl<S: Scalar> Opening<S> {
     /// None under way.
     pub const NONE: Self = Self { behind: None, elapsed_ms: 0 };
 
-    /// Where to go, given the place that is wanted, the points detected now (robot frame), and the pose; `elapsed_ms`
+    /// Where to go, given the place that is wanted, the side of a detour (see [`super::detour`]), the points detected now (robot frame), and the pose; `elapsed_ms`
     /// after the last time.
     pub fn direct(
         &mut self,
         p: &OpeningParameters<S>,
         wanted: Polar<S>,
+        side: Option<S>,
         pose: Pose<S>,
         points: &[Point<S>],
         elapsed_ms: u16,
@@ -138,7 +141,9 @@ impl<S: Scalar> Opening<S> {
             if self.elapsed_ms > 0 || is_open || wanted.distance_m < p.length_m {
                 return straight;
             }
-            return match find(p, wanted.bearing_rad, p.aside_rad, points) {
+            // A door in a wall that is followed lies on the wall's side.
+            let towards = side.map_or(S::ZERO, |side| side * p.aside_rad * S::from_f32(WALL_SIDE));
+            return match find(p, wrap(wanted.bearing_rad - towards), p.aside_rad, points) {
                 Some(place) => self.through(p, place, pose),
                 None => straight,
             };
