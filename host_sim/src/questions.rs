@@ -194,14 +194,17 @@ pub fn traffic_surfaces(disturbance: &Disturbance) -> Vec<Surface> {
     }]
 }
 
-/// The seven figures of the papers.
+/// The seven figures of the papers, with the noise of `disturbance`.
 ///
 /// # Errors
 /// Never, unless a built-in scenario is broken.
-pub fn papers() -> Result<Vec<Question>, ScenarioError> {
-    Scenario::builtin_names()
-        .map(|name| Ok(Question { name: name.to_owned(), scenarios: vec![Scenario::builtin(name)?] }))
-        .collect()
+pub fn papers(disturbance: &Disturbance) -> Result<Vec<Question>, ScenarioError> {
+    let question = |name: &str| {
+        let mut scenario = Scenario::builtin(name)?;
+        scenario.noise = disturbance.noise;
+        Ok(Question { name: name.to_owned(), scenarios: vec![scenario] })
+    };
+    Scenario::builtin_names().map(question).collect()
 }
 
 /// The scenes in which controllers' numbers are searched for: some of each kind, none with a planner in the loop, since
@@ -218,7 +221,7 @@ pub fn search_scenes() -> Result<Vec<Scenario>, crate::route_planner::RouteError
     add(traps(usual));
     add(doors(usual));
     add(traffic_surfaces(usual).into_iter().flat_map(|surface| surface.cells).skip(4).collect());
-    for scenario in papers().unwrap_or_default().into_iter().flat_map(|question| question.scenarios) {
+    for scenario in papers(usual).unwrap_or_default().into_iter().flat_map(|question| question.scenarios) {
         let planned = matches!(scenario.route, Route::Planned { .. });
         scenarios.push(if planned {
             let plan = crate::route_planner::plan(&scenario, scenario.start.position, 0.0)?;
@@ -247,7 +250,7 @@ mod tests {
     #[test]
     fn questions_have_names_of_their_own() {
         let usual = &Disturbance::PAPERS;
-        let mut names: Vec<String> = [traps(usual), doors(usual), papers().unwrap()]
+        let mut names: Vec<String> = [traps(usual), doors(usual), papers(usual).unwrap()]
             .concat()
             .into_iter()
             .map(|question| question.name)
