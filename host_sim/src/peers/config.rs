@@ -101,8 +101,6 @@ pub(super) use numbers;
 numbers! {
     /// The short memory of what was seen, see [`super::surroundings`]. Common to all peers.
     MemoryConfig {
-        /// How long a point is kept that is not seen again, in s.
-        duration_s: 3.0, 0.0 to 600.0, given();
         /// How far from the axis of a beam a point may lie to be replaced by its reading, in m.
         merge_m: 0.008, 0.0 to 1.0, given();
     }
