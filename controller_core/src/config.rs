@@ -15,6 +15,7 @@ use crate::kohonen::self_organisation::{Annealing, Displacement, LearningParamet
 use crate::localisation::detour::DetourParameters;
 use crate::localisation::memory::MemoryParameters;
 use crate::localisation::obstacle::{FieldCentre, ObstacleFieldParameters};
+use crate::localisation::opening::OpeningParameters;
 use crate::localisation::target::TargetFieldParameters;
 use crate::motor_control::{Aim, Beyond, CommandUnit, ReachingParameters};
 use crate::planning::checkpoint::CheckpointParameters;
@@ -73,6 +74,9 @@ pub struct RobotConfig {
     pub encoder_counts_per_m: f32,
     /// Range of the proximity sensors beyond the body; P2: 17.5 cm.
     pub sensor_range_m: f32,
+    /// Half the width of a sensor's beam: what is seen lies at the edge where the neighbour sees it nearer. 0 is the
+    /// literal form, all on the axis.
+    pub beam_half_width_rad: f32,
     /// Resolution of wheel speeds; 0 for continuous ones. A Khepera takes multiples of 8 mm/s.
     pub command_unit_mps: f32,
 }
@@ -250,6 +254,18 @@ pub struct CooperativeConfig {
     pub detour_free_m: f32,
     /// Detour: time after which the other side is tried, doubled each time.
     pub detour_side_ms: u16,
+    /// Opening: clearance on either side of the body that makes a way through.
+    pub opening_margin_m: f32,
+    /// Opening: a way with something this near on both sides is one; 0 switches openings off.
+    pub opening_flank_m: f32,
+    /// Opening: how far ahead it is looked for.
+    pub opening_length_m: f32,
+    /// Opening: how far from the wanted direction.
+    pub opening_aside_rad: f32,
+    /// Opening: beyond this bearing it is turned towards on the spot.
+    pub opening_turn_rad: f32,
+    /// Opening: how long one is tried.
+    pub opening_give_up_ms: u16,
 }
 
 /// Command fusion with Braitenberg avoidance (P1 Eq. 9, 10).
@@ -320,6 +336,7 @@ impl Default for RobotConfig {
             speed_limit_mps: 0.16,
             encoder_counts_per_m: 12_000.0,
             sensor_range_m: 0.175,
+            beam_half_width_rad: 0.13,
             command_unit_mps: 0.0,
         }
     }
@@ -412,6 +429,12 @@ impl Default for CooperativeConfig {
             detour_free_rad: 0.1,
             detour_free_m: 0.2,
             detour_side_ms: 10_000,
+            opening_margin_m: 0.003,
+            opening_flank_m: 0.075,
+            opening_length_m: 0.10,
+            opening_aside_rad: 1.75,
+            opening_turn_rad: 0.35,
+            opening_give_up_ms: 5000,
         }
     }
 }
@@ -584,6 +607,7 @@ impl Config {
             sweep: self.sweep_parameters(),
             memory: self.memory_parameters(),
             detour: self.detour_parameters(),
+            opening: self.opening_parameters(),
             wiring: self.wiring(),
             avoidance: self.avoidance_parameters(),
             target_share: S::from_f32(self.fusion.target_share),
@@ -614,6 +638,7 @@ impl Config {
             sweep,
             memory,
             detour,
+            opening,
             wiring,
             avoidance,
             target_share,
@@ -630,6 +655,7 @@ impl Config {
         *sweep = self.sweep_parameters();
         *memory = self.memory_parameters();
         *detour = self.detour_parameters();
+        *opening = self.opening_parameters();
         *wiring = self.wiring();
         *avoidance = self.avoidance_parameters();
         *target_share = S::from_f32(self.fusion.target_share);
@@ -684,6 +710,7 @@ impl Config {
         ProximityParameters {
             body_radius_m: S::from_f32(self.robot.body_radius_m),
             range_m: S::from_f32(self.robot.sensor_range_m),
+            beam_half_width_rad: S::from_f32(self.robot.beam_half_width_rad),
         }
     }
 
@@ -840,6 +867,18 @@ impl Config {
             side_ms: c.detour_side_ms,
         }
     }
+
+    fn opening_parameters<S: Scalar>(&self) -> OpeningParameters<S> {
+        let c = &self.cooperative;
+        OpeningParameters {
+            half_width_m: S::from_f32(self.robot.body_radius_m + c.opening_margin_m),
+            flank_m: S::from_f32(c.opening_flank_m),
+            length_m: S::from_f32(c.opening_length_m),
+            aside_rad: S::from_f32(c.opening_aside_rad),
+            turn_rad: S::from_f32(c.opening_turn_rad),
+            give_up_ms: c.opening_give_up_ms,
+        }
+    }
 }
 
 /// The configuration in the controller's scalar and units: immutable, shared by every step.
@@ -867,6 +906,8 @@ pub struct Parameters<S, const SENSORS: usize> {
     pub memory: MemoryParameters<S>,
     /// Detour.
     pub detour: DetourParameters<S>,
+    /// Openings.
+    pub opening: OpeningParameters<S>,
     /// Z of Eq. 9.
     pub wiring: Wiring<S, SENSORS>,
     /// How Z is applied.

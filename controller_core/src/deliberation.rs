@@ -19,6 +19,7 @@ use crate::list::first;
 use crate::localisation::detour::Detour;
 use crate::localisation::memory::ObstacleMemory;
 use crate::localisation::obstacle::ObstacleField;
+use crate::localisation::opening::Opening;
 use crate::localisation::target::TargetField;
 use crate::motor_control;
 use crate::reflex::Latched;
@@ -65,6 +66,7 @@ pub struct Deliberation<
     scan: Scan<S, SENSORS>,
     memory: ObstacleMemory<S, MEMORY_POINTS>,
     detour: Detour<S>,
+    opening: Opening<S>,
     arrivals: u16,
     goals: u16,
     trained_steps: u32,
@@ -104,6 +106,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         scan: Scan::EMPTY,
         memory: ObstacleMemory::EMPTY,
         detour: Detour::NONE,
+        opening: Opening::NONE,
         arrivals: 0,
         goals: 0,
         trained_steps: 0,
@@ -128,6 +131,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             scan: Scan::EMPTY,
             memory: ObstacleMemory::default(),
             detour: Detour::default(),
+            opening: Opening::NONE,
             arrivals: 0,
             goals: 0,
             trained_steps,
@@ -157,6 +161,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         self.standing.avoidance = None;
         self.memory.clear();
         self.detour.reset();
+        self.opening.reset();
     }
 
     /// Takes over a scan; it stands until the next.
@@ -169,6 +174,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         if latched.arrivals != self.arrivals {
             self.arrivals = latched.arrivals;
             self.detour.reset();
+            self.opening.reset();
         }
         if latched.goals != self.goals {
             self.goals = latched.goals;
@@ -212,8 +218,10 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
                     let detections = detections(&p.proximity, &self.scan);
                     let period = p.reflex.schedule.target_period_ms;
                     let place = self.detour.direct(&p.detour, target, &detections, period);
-                    let place = p.scaling.features(place);
-                    TargetField::localise(&self.map, &p.neural.target, &p.reaching, place)
+                    let points = &self.standing.points;
+                    let way = self.opening.direct(&p.opening, place, latched.pose, points, period);
+                    let place = p.scaling.features(way.place);
+                    TargetField::localise(&self.map, &p.neural.target, &p.reaching, place, way.turn_first)
                 });
                 self.standing.target = Stamped::new(field, latched.now);
             }

@@ -10,6 +10,7 @@
 pub mod target;
 
 pub mod obstacle;
+pub mod opening;
 
 pub mod memory;
 

@@ -77,12 +77,17 @@ pub struct Aim<S> {
 }
 
 impl<S: Scalar> Aim<S> {
+    /// The place that a turn on the spot by `bearing` leads to: half of it, see `Displacement::HalfTurn`.
+    #[must_use]
+    pub fn turning(bearing: S) -> Features<S> {
+        Features { bearing: bearing * S::HALF, distance: S::ZERO }
+    }
+
     /// The place that the map is asked for, given where the target is (distance ≥ 0, bearing of the full circle), and
     /// from which distance on it is far; no limit in the literal form.
     #[must_use]
     pub fn at(&self, far: Option<S>, target: Features<S>) -> Features<S> {
-        // A step that turns on the spot leads to half of its turn, see `Displacement::HalfTurn`.
-        let turning = |bearing| Features { bearing: bearing * S::HALF, distance: S::ZERO };
+        let turning = Self::turning;
         if let Some(far) = far.filter(|&far| target.distance > far) {
             return Features { bearing: target.bearing * S::HALF, distance: far };
         }

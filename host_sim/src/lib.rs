@@ -22,6 +22,8 @@ pub mod world;
 
 pub mod scenario;
 
+pub mod scenes;
+
 pub mod raster;
 
 pub mod figure;
@@ -56,6 +58,10 @@ pub mod mission;
 pub mod statistics;
 
 pub mod sweep;
+
+pub mod evaluation;
+
+pub mod search;
 
 pub mod map_store;
 

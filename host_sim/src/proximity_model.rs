@@ -22,6 +22,8 @@ pub struct ProximityRing {
     resolution_m: f64,
     noise: f64,
     stream: Stream,
+    /// Share of readings that are missing, and what draws them.
+    dropout: Option<(f64, Stream)>,
 }
 
 impl ProximityRing {
@@ -38,7 +40,13 @@ impl ProximityRing {
     ) -> Self {
         let beams =
             core::array::from_fn(|j| Beam::new(f64::from(sensor_bearing::<f32>(j, SENSORS)), half_width_rad));
-        Self { beams, body_radius_m, range_m, resolution_m, noise, stream }
+        Self { beams, body_radius_m, range_m, resolution_m, noise, stream, dropout: None }
+    }
+
+    /// The same ring, but this share of its readings is missing: the controller takes them for free space.
+    #[must_use]
+    pub fn with_dropout(self, share: f64, stream: Stream) -> Self {
+        Self { dropout: (share > 0.0).then_some((share, stream)), ..self }
     }
 
     /// One scan.
@@ -49,6 +57,11 @@ impl ProximityRing {
         let range_m = seen.map(|distance| {
             // One draw per sensor and scan, seen or not: what a world holds must not shift the stream.
             let disturbance = 1.0 + self.noise * self.stream.symmetric();
+            if let Some((share, stream)) = &mut self.dropout
+                && stream.between(0.0, 1.0) < *share
+            {
+                return None;
+            }
             let range = (distance? - self.body_radius_m).max(0.0) * disturbance;
             let rounded = if self.resolution_m > 0.0 {
                 (range / self.resolution_m).round() * self.resolution_m
@@ -86,6 +99,16 @@ mod tests {
         assert_eq!(scan.range_m[3], None, "the post is beyond the range");
         assert_eq!(scan.range_m[6], None, "nothing behind");
         assert_eq!(scan.range_m.len(), SENSORS);
+    }
+
+    #[test]
+    fn a_share_of_the_readings_is_missing() {
+        let mut world = World::default();
+        world.permanent.segments.push(Segment::new(Point2::new(0.125, -1.0), Point2::new(0.125, 1.0)));
+        let robot = TruePose { position: Point2::origin(), heading_rad: 0.0 };
+        let mut ring = ring(0.1).with_dropout(0.3, Stream::new(1, Purpose::Dropout));
+        let seen = (0..1000).filter(|_| ring.scan(&world, robot, 0.0).range_m[0].is_some()).count();
+        assert!((660..740).contains(&seen), "{seen} of 1000");
     }
 
     #[test]

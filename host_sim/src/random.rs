@@ -23,6 +23,10 @@ pub enum Purpose {
     TrainingTargets = 6,
     /// Targets in the positioning test.
     TestTargets = 7,
+    /// Candidates of a search for parameters.
+    Search = 8,
+    /// Readings that are missing.
+    Dropout = 9,
 }
 
 /// A stream of random numbers.
@@ -51,6 +55,13 @@ impl Stream {
     /// Uniform between two bounds.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * f64::midpoint(self.symmetric(), 1.0)
+    }
+
+    /// A whole number below `count`, uniform for all counts that occur; 0 of none.
+    pub fn below(&mut self, count: usize) -> usize {
+        // What 64 bits leave of a bias cannot be measured.
+        let draw = self.0.next_u64() % u64::try_from(count.max(1)).unwrap_or(u64::MAX);
+        usize::try_from(draw).unwrap_or(0)
     }
 
     /// A point of the unit disc, uniform.

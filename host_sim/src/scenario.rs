@@ -141,6 +141,8 @@ pub struct NoiseLevels {
     pub actuator: f64,
     /// Step to which ranges are rounded, in m; zero for none.
     pub sensor_resolution_m: f64,
+    /// Share of readings that are missing, as if nothing were there, 0 to 1.
+    pub dropout: f64,
     /// Half the width of a sensor's cone in rad; zero for a pencil ray.
     pub beam_half_width_rad: f64,
     /// Error of the pose fix's position in m.

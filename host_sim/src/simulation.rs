@@ -22,6 +22,7 @@ pub const QUIET: NoiseLevels = NoiseLevels {
     sensor: 0.0,
     actuator: 0.0,
     sensor_resolution_m: 0.0,
+    dropout: 0.0,
     beam_half_width_rad: 0.0,
     pose_position_m: 0.0,
     pose_heading_rad: 0.0,
@@ -32,6 +33,7 @@ pub const PAPERS: NoiseLevels = NoiseLevels {
     sensor: 0.1,
     actuator: 0.1,
     sensor_resolution_m: 0.005,
+    dropout: 0.0,
     beam_half_width_rad: 0.130_899_693_899_574_72,
     pose_position_m: 0.0,
     pose_heading_rad: 0.0,
@@ -125,7 +127,8 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
             noise.sensor_resolution_m,
             noise.sensor,
             Stream::new(seed, Purpose::Proximity),
-        );
+        )
+        .with_dropout(noise.dropout, Stream::new(seed, Purpose::Dropout));
         Self {
             controller,
             world,

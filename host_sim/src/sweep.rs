@@ -57,6 +57,14 @@ impl<S: Scalar, O: Output<S>> Maps<S, O> {
             Self::PerRun(maps) => maps.get(run.checked_rem(maps.len())?),
         }
     }
+
+    /// Does something with the map of a run; without any map, with an untrained one.
+    pub fn with<R>(&self, run: usize, f: impl FnOnce(&HostMap<S, O>) -> R) -> R {
+        match self.of_run(run) {
+            Some(map) => f(map),
+            None => f(&HostMap::regular()),
+        }
+    }
 }
 
 /// Milliseconds between two lines of a log: the period of obstacle avoidance, in which a command stands.
@@ -154,10 +162,9 @@ pub fn run_all<S: Scalar, O: Output<S>>(
 ) -> Result<Vec<MissionResult>, SweepError> {
     let runs: Vec<(usize, u64)> = plan.seeds.clone().enumerate().collect();
     let run = |(run, seed)| {
-        let untrained = HostMap::<S, O>::regular();
-        let map = maps.of_run(run).unwrap_or(&untrained);
         let sample_ms = if run < plan.logged { LOG_PERIOD_MS } else { 0 };
-        let result = run_one(scenario, base, contender, map, MissionOptions { seed, sample_ms });
+        let options = MissionOptions { seed, sample_ms };
+        let result = maps.with(run, |map| run_one(scenario, base, contender, map, options));
         progress();
         result
     };

@@ -8,7 +8,7 @@ use crate::kohonen::features::Features;
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::Map;
 use crate::kohonen::output::Output;
-use crate::motor_control::ReachingParameters;
+use crate::motor_control::{Aim, ReachingParameters};
 use crate::scalar::Scalar;
 use crate::units::angle_between;
 
@@ -40,15 +40,16 @@ pub struct TargetField<S> {
 }
 
 impl<S: Scalar> TargetField<S> {
-    /// Localises a target; `None` while no neuron is trained.
+    /// Localises a target, or the turn on the spot towards it; `None` while no neuron is trained.
     #[must_use]
     pub fn localise<O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
         map: &Map<S, O, COLUMNS, ROWS>,
         p: &TargetFieldParameters<S>,
         reaching: &ReachingParameters<S>,
         target: Features<S>,
+        turn_first: bool,
     ) -> Option<Self> {
-        let aim = reaching.aim.at(p.far, target);
+        let aim = if turn_first { Aim::turning(target.bearing) } else { reaching.aim.at(p.far, target) };
         let winner = map.winner(&reaching.winner, aim, reaching.winner.eligible)?;
         Some(Self { target, aim, winner, centre: map.place(winner) })
     }

@@ -105,6 +105,7 @@ impl Check<'_> {
             sensor: self.fraction("noise.sensor", raw.sensor.unwrap_or(NOISE_FRACTION))?,
             actuator: self.fraction("noise.actuator", raw.actuator.unwrap_or(NOISE_FRACTION))?,
             sensor_resolution_m: self.not_negative("noise.sensor_resolution_m", resolution_m)?,
+            dropout: self.fraction("noise.dropout", raw.dropout.unwrap_or(0.0))?,
             beam_half_width_rad: half_width_deg.to_radians(),
             pose_position_m: self
                 .not_negative("noise.pose_position_m", raw.pose_position_m.unwrap_or(0.0))?,

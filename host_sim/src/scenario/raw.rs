@@ -74,6 +74,7 @@ pub(super) struct RawNoise {
     pub sensor: Option<f64>,
     pub actuator: Option<f64>,
     pub sensor_resolution_m: Option<f64>,
+    pub dropout: Option<f64>,
     pub beam_half_width_deg: Option<f64>,
     pub pose_position_m: Option<f64>,
     pub pose_heading_deg: Option<f64>,

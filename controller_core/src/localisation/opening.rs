@@ -1,0 +1,177 @@
+//! Openings (ours): a door hardly wider than the body is aimed at through its middle, square to its jambs' gap.
+//!
+//! Target and obstacle fields let the robot slide along a wall and past a narrow door in it: seen at a slant both jambs
+//! inhibit the way in, and seen squarely, for the centimetre in which it could turn, the field of a target elsewhere
+//! knows nothing of a turn on the spot. So where the wanted direction is hidden, straight **corridors** of the body's
+//! width are held against the detected points. One that is free and has a point close by on either side is an opening.
+//! The place behind it becomes the target until the robot is through, and is measured anew, more squarely each time, on
+//! the way. Fields, neurons and motor control stay as they are; only the centre of the target field moves.
+
+use crate::scalar::Scalar;
+use crate::units::{Point, Polar, Pose, angle_between, wrap};
+
+/// What counts as an opening.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpeningParameters<S> {
+    /// Half the width of a corridor that must be free (m).
+    pub half_width_m: S,
+    /// Points on either side no farther from the middle than this make a corridor an opening (m); 0: there are none.
+    pub flank_m: S,
+    /// How far a corridor is looked along (m): no farther than where two beams could have a body between them.
+    pub length_m: S,
+    /// Openings at most this far from the wanted direction are taken (rad).
+    pub aside_rad: S,
+    /// Beyond this bearing the robot turns on the spot before it drives (rad).
+    pub turn_rad: S,
+    /// How long one is tried; then none is, for as long (ms).
+    pub give_up_ms: u16,
+}
+
+/// Where to go, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Way<S> {
+    /// The place.
+    pub place: Polar<S>,
+    /// It is to be turned towards on the spot first.
+    pub turn_first: bool,
+}
+
+/// The opening that the robot is on its way through.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Opening<S> {
+    /// Behind it, in the world.
+    behind: Option<Point<S>>,
+    /// Since it was found; or what remains of the time in which none is taken.
+    elapsed_ms: u16,
+}
+
+/// What flanks a straight way from the robot's centre.
+struct Corridor<S> {
+    /// Nearest point to the left and to the right of its middle line.
+    left_m: S,
+    right_m: S,
+    /// How far along the farther of them lies.
+    depth_m: S,
+}
+
+/// Directions around the robot that are tried.
+const DIRECTIONS: i32 = 36;
+/// Beyond the jambs, in body radii, that an opening's far place lies.
+const BEYOND: f32 = 2.0;
+
+impl<S: Scalar> Corridor<S> {
+    fn along(p: &OpeningParameters<S>, bearing: S, points: &[Point<S>]) -> Self {
+        let (sin, cos) = bearing.sin_cos();
+        let mut corridor = Self { left_m: S::LIMIT, right_m: S::LIMIT, depth_m: S::ZERO };
+        let (mut left_at, mut right_at) = (S::ZERO, S::ZERO);
+        for point in points {
+            let along = point.x_m * cos + point.y_m * sin;
+            if along <= S::ZERO || along >= p.length_m {
+                continue;
+            }
+            let aside = point.y_m * cos - point.x_m * sin;
+            if aside >= S::ZERO && aside < corridor.left_m {
+                (corridor.left_m, left_at) = (aside, along);
+            }
+            if aside <= S::ZERO && -aside < corridor.right_m {
+                (corridor.right_m, right_at) = (-aside, along);
+            }
+        }
+        corridor.depth_m = left_at.max(right_at);
+        corridor
+    }
+
+    /// Room on the narrower side.
+    fn room_m(&self) -> S {
+        self.left_m.min(self.right_m)
+    }
+
+    fn is_free(&self, p: &OpeningParameters<S>) -> bool {
+        self.room_m() > p.half_width_m
+    }
+
+    fn is_opening(&self, p: &OpeningParameters<S>) -> bool {
+        self.is_free(p) && self.left_m.max(self.right_m) < p.flank_m
+    }
+}
+
+/// The opening with the most room within `aside` of a direction, as a place behind it.
+fn find<S: Scalar>(p: &OpeningParameters<S>, wanted: S, aside: S, points: &[Point<S>]) -> Option<Polar<S>> {
+    let mut best: Option<(S, Polar<S>)> = None;
+    let step = S::TAU / S::from_i32(DIRECTIONS);
+    for index in 0..DIRECTIONS {
+        let bearing = wrap(step * S::from_i32(index));
+        if angle_between(wanted, bearing).abs() > aside {
+            continue;
+        }
+        let corridor = Corridor::along(p, bearing, points);
+        let room = corridor.room_m();
+        if corridor.is_opening(p) && best.is_none_or(|(most, _)| room > most) {
+            let distance_m = corridor.depth_m + p.half_width_m * S::from_f32(BEYOND);
+            best = Some((room, Polar { bearing_rad: bearing, distance_m }));
+        }
+    }
+    best.map(|(_, place)| place)
+}
+
+impl<S: Scalar> Opening<S> {
+    /// None under way.
+    pub const NONE: Self = Self { behind: None, elapsed_ms: 0 };
+
+    /// Where to go, given the place that is wanted, the points detected now (robot frame), and the pose; `elapsed_ms`
+    /// after the last time.
+    pub fn direct(
+        &mut self,
+        p: &OpeningParameters<S>,
+        wanted: Polar<S>,
+        pose: Pose<S>,
+        points: &[Point<S>],
+        elapsed_ms: u16,
+    ) -> Way<S> {
+        let straight = Way { place: wanted, turn_first: false };
+        if p.flank_m <= S::ZERO {
+            return straight;
+        }
+        let Some(behind) = self.behind else {
+            self.elapsed_ms = self.elapsed_ms.saturating_sub(elapsed_ms);
+            let is_open = Corridor::along(p, wanted.bearing_rad, points).is_free(p);
+            if self.elapsed_ms > 0 || is_open || wanted.distance_m < p.length_m {
+                return straight;
+            }
+            return match find(p, wanted.bearing_rad, p.aside_rad, points) {
+                Some(place) => self.through(p, place, pose),
+                None => straight,
+            };
+        };
+        self.elapsed_ms = self.elapsed_ms.saturating_add(elapsed_ms);
+        let place = pose.see(behind);
+        let is_through = place.distance_m < p.half_width_m * S::from_f32(BEYOND);
+        if is_through || self.elapsed_ms >= p.give_up_ms {
+            self.behind = None;
+            self.elapsed_ms = if is_through { 0 } else { p.give_up_ms };
+            return straight;
+        }
+        match find(p, place.bearing_rad, p.turn_rad, points) {
+            // What is measured on the way into it is nearer and more square.
+            Some(place) => self.through(p, place, pose),
+            None => Way { place, turn_first: place.bearing_rad.abs() > p.turn_rad },
+        }
+    }
+
+    fn through(&mut self, p: &OpeningParameters<S>, place: Polar<S>, pose: Pose<S>) -> Way<S> {
+        let rotation = pose.heading_rad.sin_cos();
+        self.behind = Some(pose.to_world_frame(place.to_point(), rotation));
+        Way { place, turn_first: place.bearing_rad.abs() > p.turn_rad }
+    }
+
+    /// On the way through an opening.
+    #[must_use]
+    pub fn is_passing(&self) -> bool {
+        self.behind.is_some()
+    }
+
+    /// Starts afresh, as for a new target.
+    pub fn reset(&mut self) {
+        *self = Self::NONE;
+    }
+}
