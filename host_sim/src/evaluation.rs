@@ -7,10 +7,10 @@ use controller_core::scalar::Scalar;
 use rayon::prelude::{IntoParallelIterator, ParallelIterator};
 use serde::Serialize;
 
-use crate::config_file::Settings;
 use crate::contender::Contender;
 use crate::mission::{MissionOptions, MissionResult};
 use crate::scenario::Scenario;
+use crate::settings::Settings;
 use crate::sil::Indirect;
 use crate::statistics::{Rate, quantile};
 use crate::sweep::{LOG_PERIOD_MS, Maps, SweepError, run_one};

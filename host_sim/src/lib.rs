@@ -62,6 +62,7 @@ pub mod sweep;
 pub mod evaluation;
 
 pub mod search;
+pub mod tuning;
 
 pub mod map_store;
 

@@ -7,6 +7,8 @@ use host_sim::contender::Contender;
 use host_sim::link::address::{Address, FORMS};
 use protocol::message::ScalarKind;
 
+use super::search::SearchArgs;
+
 /// Training steps after which the map is as good as it gets; P1 trains longer by chance encounters.
 const STEPS: u32 = 2000;
 
@@ -59,6 +61,8 @@ pub enum Command {
     Bench(BenchArgs),
     /// Show the configuration of the controller
     Config(ConfigArgs),
+    /// Search for better numbers of a controller
+    Search(SearchArgs),
 }
 
 /// What every command that learns needs to know.

@@ -16,7 +16,7 @@
 use controller_core::sensing::proximity::sensor_bearing;
 use nalgebra::Vector2;
 
-use super::config::{linear, logarithmic, numbers};
+use super::config::numbers;
 use super::robot::{PeerRobot, Twist};
 use super::steering::Steering;
 use super::{Navigator, View};
@@ -24,11 +24,11 @@ use crate::proximity_model::SENSORS;
 
 numbers! {
     /// Numbers of the potential field.
-    ApfConfig {
+    ApfConfig, "apf" {
         /// ρ₀: obstacles farther beyond the body than this do not repel, in m.
         range_m: 0.06, 0.001 to 20.0, linear(0.01, 0.175);
         /// η, relative to the attraction, in m³.
-        repulsion_m3: 1e-6, 0.0 to 1.0, logarithmic(1e-9, 1e-4);
+        repulsion_m3: 1e-6, 0.0 to 1.0, log(1e-9, 1e-4);
         /// Share of the repulsion that goes around the obstacle.
         swirl: 0.5, 0.0 to 100.0, linear(0.0, 2.0);
         /// Speed where nothing is near, as a share of c*.
@@ -38,7 +38,7 @@ numbers! {
         /// What the way ahead must leave free beside the body, in m.
         margin_m: 0.003, 0.0 to 1.0, linear(0.0, 0.01);
         /// Within this distance of the body the speed falls, in m.
-        near_m: 0.02, 0.0001 to 20.0, logarithmic(0.001, 0.1);
+        near_m: 0.02, 0.0001 to 20.0, log(0.001, 0.1);
         /// Beyond this bearing of the force the robot turns on the spot, in rad.
         spot_rad: 0.8, 0.01 to 3.2, linear(0.3, 1.57);
         /// Time constant of the turn towards the force, in s.
@@ -46,7 +46,7 @@ numbers! {
         /// Directions beyond this bearing are taken backwards, in rad.
         back_rad: 2.4, 0.0 to 3.2, linear(1.57, 3.2);
         /// How long a point is remembered that is not seen again, in s.
-        memory_s: 3.0, 0.0 to 600.0, logarithmic(0.2, 20.0);
+        memory_s: 3.0, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 

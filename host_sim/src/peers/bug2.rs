@@ -23,14 +23,14 @@ use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::Point2;
 
-use super::config::{linear, logarithmic, numbers};
+use super::config::numbers;
 use super::robot::{PeerRobot, Twist, free_way, turn};
 use super::steering::Steering;
 use super::{Navigator, View};
 
 numbers! {
     /// Numbers of Bug2.
-    Bug2Config {
+    Bug2Config, "bug2" {
         /// What a passage must leave free beside the body, in m.
         gap_m: 0.0015, 0.0 to 1.0, linear(0.0, 0.01);
         /// Edges are followed at this distance from the body, in m.
@@ -48,7 +48,7 @@ numbers! {
         /// Time that the free way ahead must last, in s.
         headway_s: 0.3, 0.0 to 100.0, linear(0.1, 1.5);
         /// Within this distance of the body the speed falls, in m.
-        near_m: 0.02, 0.0001 to 20.0, logarithmic(0.001, 0.1);
+        near_m: 0.02, 0.0001 to 20.0, log(0.001, 0.1);
         /// Beyond this bearing the robot turns on the spot, in rad.
         spot_rad: 0.7, 0.01 to 3.2, linear(0.3, 1.57);
         /// Time constant of a turn, in s.
@@ -56,7 +56,7 @@ numbers! {
         /// Directions beyond this bearing are taken backwards, in rad.
         back_rad: 2.4, 0.0 to 3.2, linear(1.57, 3.2);
         /// How long a point is remembered that is not seen again, in s.
-        memory_s: 3.0, 0.0 to 600.0, logarithmic(0.2, 20.0);
+        memory_s: 3.0, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 

@@ -24,7 +24,7 @@ use core::f64::consts::{FRAC_PI_2, PI, TAU};
 use controller_core::sensing::proximity::sensor_bearing;
 use nalgebra::{Point2, Vector2};
 
-use super::config::{given, linear, logarithmic, numbers};
+use super::config::numbers;
 use super::robot::{PeerRobot, Twist, turn};
 use super::steering::Steering;
 use super::{Navigator, View};
@@ -32,9 +32,9 @@ use crate::proximity_model::SENSORS;
 
 numbers! {
     /// Numbers of VFH+.
-    VfhConfig {
+    VfhConfig, "vfh" {
         /// Edge of a cell, in m.
-        cell_m: 0.007, 0.001 to 0.1, logarithmic(0.004, 0.015);
+        cell_m: 0.007, 0.001 to 0.1, log(0.004, 0.015);
         /// Radius of the active window, in m.
         window_m: 0.2, 0.05 to 1.0, linear(0.08, 0.5);
         /// Distance that is added to the body's radius, in m.
@@ -44,15 +44,15 @@ numbers! {
         /// Certainty that it takes from each cell before it.
         miss: 0.2, 0.0 to 1.0, linear(0.0, 0.6);
         /// a: weight of the nearest cells against 1 at the rim of the window.
-        near_weight: 4.0, 1.0 to 1000.0, logarithmic(1.0, 30.0);
+        near_weight: 4.0, 1.0 to 1000.0, log(1.0, 30.0);
         /// Density below which a blocked sector becomes free.
-        threshold_low: 0.3, 0.0 to 1000.0, logarithmic(0.03, 3.0);
+        threshold_low: 0.3, 0.0 to 1000.0, log(0.03, 3.0);
         /// Density above which a free sector is blocked, as a multiple of the other.
         threshold_ratio: 1.5, 1.0 to 1000.0, linear(1.0, 4.0);
         /// Openings of more sectors than this are wide: the robot keeps half of it from their edges.
         wide_sectors: 16.0, 1.0 to 72.0, linear(4.0, 30.0);
         /// μ₁: off the target.
-        target_cost: 5.0, 0.0 to 1000.0, given();
+        target_cost: 5.0, 0.0 to 1000.0, given;
         /// μ₂: off the heading.
         heading_cost: 2.0, 0.0 to 1000.0, linear(0.0, 6.0);
         /// μ₃: off the last choice.
@@ -64,7 +64,7 @@ numbers! {
         /// Time that the free way ahead must last, in s.
         headway_s: 0.4, 0.0 to 100.0, linear(0.1, 1.5);
         /// Within this distance of the body the speed falls, in m.
-        near_m: 0.02, 0.0001 to 20.0, logarithmic(0.001, 0.1);
+        near_m: 0.02, 0.0001 to 20.0, log(0.001, 0.1);
         /// Beyond this bearing the robot turns on the spot, in rad.
         spot_rad: 0.8, 0.01 to 3.2, linear(0.3, 1.57);
         /// Time constant of a turn, in s.
@@ -72,7 +72,7 @@ numbers! {
         /// Directions beyond this bearing are taken backwards, in rad.
         back_rad: 2.4, 0.0 to 3.2, linear(1.57, 3.2);
         /// How long a point is remembered that is not seen again, in s.
-        memory_s: 3.0, 0.0 to 600.0, logarithmic(0.2, 20.0);
+        memory_s: 3.0, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 
