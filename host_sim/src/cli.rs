@@ -15,6 +15,7 @@ mod plan;
 mod progress;
 mod run;
 mod scenarios;
+mod search;
 mod single_run;
 mod sweep_run;
 mod table;
@@ -59,5 +60,6 @@ fn dispatch(cli: &Cli) -> Result<Outcome, CliError> {
         Some(Command::Link(args)) => link::link(args),
         Some(Command::Bench(args)) => bench::bench(args),
         Some(Command::Config(args)) => config::config(args),
+        Some(Command::Search(args)) => search::search(args),
     }
 }

@@ -64,6 +64,7 @@ pub mod evaluation;
 pub mod questions;
 
 pub mod search;
+pub mod tuning;
 
 pub mod map_store;
 

@@ -22,6 +22,7 @@ pub mod config;
 pub mod dwa;
 pub mod port;
 pub mod robot;
+pub mod steering;
 pub mod surroundings;
 pub mod vfh;
 
@@ -84,6 +85,9 @@ pub trait Navigator {
 
     /// Forgets everything: a new mission begins.
     fn reset(&mut self);
+
+    /// How long what was seen is remembered for this navigator, in s.
+    fn memory_s(&self) -> f64;
 }
 
 impl<N: Navigator + ?Sized> Navigator for Box<N> {
@@ -93,6 +97,10 @@ impl<N: Navigator + ?Sized> Navigator for Box<N> {
 
     fn reset(&mut self) {
         (**self).reset();
+    }
+
+    fn memory_s(&self) -> f64 {
+        (**self).memory_s()
     }
 }
 

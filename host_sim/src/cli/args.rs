@@ -8,6 +8,7 @@ use host_sim::link::address::{Address, FORMS};
 use protocol::message::ScalarKind;
 
 use super::evaluate::scenes::SceneArgs;
+use super::search::SearchArgs;
 
 /// Training steps after which the map is as good as it gets; P1 trains longer by chance encounters.
 const STEPS: u32 = 2000;
@@ -61,6 +62,8 @@ pub enum Command {
     Bench(BenchArgs),
     /// Show the configuration of the controller
     Config(ConfigArgs),
+    /// Search for better numbers of a controller
+    Search(SearchArgs),
 }
 
 /// What every command that learns needs to know.

@@ -27,7 +27,12 @@ pub fn configuration(args: &LearningArgs) -> Result<Config, CliError> {
 
 /// The same with the peers' numbers.
 pub fn settings(args: &LearningArgs) -> Result<Settings, CliError> {
-    Ok(args.config.as_deref().map_or_else(|| Ok(Settings::default()), config_file::load)?)
+    settings_of(args.config.as_deref())
+}
+
+/// The numbers of a file or of a built-in name; without either, the defaults.
+pub fn settings_of(config: Option<&Path>) -> Result<Settings, CliError> {
+    Ok(config.map_or_else(|| Ok(Settings::default()), config_file::load)?)
 }
 
 /// A scenario that can be run: where it is to be planned, there is a plan, so that nobody waits for nothing.

@@ -9,26 +9,26 @@
 //!   must not outweigh every obstacle. All gains are relative to it.
 //! * **Obstacles**: what each of the twelve sensors sees now is one, ρ the range beyond the body. The field has no
 //!   memory.
-//! * **A body that cannot move sideways**: the robot turns towards the force and drives on as far as it looks there.
-//!   Speed falls with the free way ahead.
+//! * **A body that cannot move sideways** steers towards the force, see [`super::steering`].
 //! * **Swirl**: a share of each repulsion is turned by 90°, to the side on which the target lies (vortex fields: C. De
 //!   Medio and G. Oriolo, *Robot Obstacle Avoidance Using Vortex Fields*, 1991). 0 is Khatib's field.
 
 use controller_core::sensing::proximity::sensor_bearing;
 use nalgebra::Vector2;
 
-use super::config::{linear, logarithmic, numbers};
-use super::robot::{PeerRobot, Twist, free_way};
+use super::config::numbers;
+use super::robot::{PeerRobot, Twist};
+use super::steering::Steering;
 use super::{Navigator, View};
 use crate::proximity_model::SENSORS;
 
 numbers! {
     /// Numbers of the potential field.
-    ApfConfig {
+    ApfConfig, "apf" {
         /// ρ₀: obstacles farther beyond the body than this do not repel, in m.
         range_m: 0.06, 0.001 to 20.0, linear(0.01, 0.175);
         /// η, relative to the attraction, in m³.
-        repulsion_m3: 1e-6, 0.0 to 1.0, logarithmic(1e-9, 1e-4);
+        repulsion_m3: 1e-6, 0.0 to 1.0, log(1e-9, 1e-4);
         /// Share of the repulsion that goes around the obstacle.
         swirl: 0.5, 0.0 to 100.0, linear(0.0, 2.0);
         /// Speed where nothing is near, as a share of c*.
@@ -37,10 +37,16 @@ numbers! {
         headway_s: 0.4, 0.0 to 100.0, linear(0.1, 1.5);
         /// What the way ahead must leave free beside the body, in m.
         margin_m: 0.003, 0.0 to 1.0, linear(0.0, 0.01);
+        /// Within this distance of the body the speed falls, in m.
+        near_m: 0.02, 0.0001 to 20.0, log(0.001, 0.1);
         /// Beyond this bearing of the force the robot turns on the spot, in rad.
         spot_rad: 0.8, 0.01 to 3.2, linear(0.3, 1.57);
         /// Time constant of the turn towards the force, in s.
         turn_time_s: 0.25, 0.01 to 10.0, linear(0.13, 0.6);
+        /// Directions beyond this bearing are taken backwards, in rad.
+        back_rad: 2.4, 0.0 to 3.2, linear(1.57, 3.2);
+        /// How long a point is remembered that is not seen again, in s.
+        memory_s: 3.0, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 
@@ -51,6 +57,7 @@ const NEAREST_M: f64 = 0.0025;
 #[derive(Debug, Clone)]
 pub struct PotentialField {
     robot: PeerRobot,
+    steering: Steering,
     config: ApfConfig,
 }
 
@@ -58,7 +65,19 @@ impl PotentialField {
     /// A field for a robot.
     #[must_use]
     pub fn new(robot: PeerRobot, config: ApfConfig) -> Self {
-        Self { robot, config }
+        Self {
+            robot,
+            steering: Steering {
+                cruise_share: config.cruise_share,
+                headway_s: config.headway_s,
+                near_m: config.near_m,
+                margin_m: config.margin_m,
+                spot_rad: config.spot_rad,
+                turn_time_s: config.turn_time_s,
+                back_rad: config.back_rad,
+            },
+            config,
+        }
     }
 
     /// The sum of attraction (of size 1) and repulsions, robot frame.
@@ -84,15 +103,13 @@ impl PotentialField {
 
 impl Navigator for PotentialField {
     fn decide(&mut self, view: &View) -> Twist {
-        let config = &self.config;
         let force = self.force(view);
-        let bearing = libm::atan2(force.y, force.x);
-        let radius = self.robot.body_radius_m + config.margin_m;
-        let free = free_way(view.points, 0.0, radius, self.robot.reach_m);
-        let cruise = config.cruise_share * self.robot.speed_limit_mps;
-        let speed = cruise.min(free / config.headway_s.max(self.robot.period_s));
-        self.robot.heading_for(bearing, speed, config.spot_rad, config.turn_time_s)
+        self.steering.towards(&self.robot, view, libm::atan2(force.y, force.x))
     }
 
     fn reset(&mut self) {}
+
+    fn memory_s(&self) -> f64 {
+        self.config.memory_s
+    }
 }

@@ -7,29 +7,34 @@
 //!
 //! # Left open, and chosen
 //!
-//! * **A body instead of a point**: a direction is blocked where a disc of the body's radius and a margin would touch a
-//!   remembered point on its way; that of a point at distance d blocks ± asin((radius + margin) / d).
+//! * **A body instead of a point**: a point at distance d blocks ± asin(r / d), r the body's radius and what a passage
+//!   must leave free. Within a margin, which is larger, it blocks more: along the margin's edge the way is parallel to
+//!   it, nearer it leads away.
 //! * **Following an edge**: with noisy readings from twelve beams no distance to "the wall" can be controlled. The robot
 //!   sweeps from the edge that it follows away from it, over all directions that are blocked, and takes the first free
-//!   one: the tangent, at posts, corners and doorways alike. A point nearer than the margin pushes it out again.
+//!   one: the tangent, at posts, corners and doorways alike.
 //! * **Side**: the one that needs the smaller turn; left where both are equal. The paper's proof holds for any choice.
 //! * **m-line met**: the side on which it lies has changed between two decisions.
-//! * **An edge that is gone** (a moving robot) is followed no more. One that led back to its hit point is followed the
-//!   other way around: the paper would call the target unreachable.
+//! * **What moves** is not foreseen in the paper. An edge that is gone is followed no more; one that led back to its hit
+//!   point, where the paper would call the target unreachable, is followed the other way around; and one on which the
+//!   robot has turned by more than a two circles and a quarter is left, with a new m-line from there.
 
-use core::f64::consts::{FRAC_PI_2, TAU};
+use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::Point2;
 
-use super::config::{linear, numbers};
+use super::config::numbers;
 use super::robot::{PeerRobot, Twist, free_way, turn};
+use super::steering::Steering;
 use super::{Navigator, View};
 
 numbers! {
     /// Numbers of Bug2.
-    Bug2Config {
-        /// What must be free beside the body, in m; edges are followed at this distance.
-        margin_m: 0.005, 0.0001 to 1.0, linear(0.002, 0.02);
+    Bug2Config, "bug2" {
+        /// What a passage must leave free beside the body, in m.
+        gap_m: 0.0015, 0.0 to 1.0, linear(0.0, 0.01);
+        /// Edges are followed at this distance from the body, in m.
+        margin_m: 0.006, 0.0001 to 1.0, linear(0.002, 0.02);
         /// Obstacles farther away than this block no direction while an edge is followed, in m from the robot's centre.
         look_m: 0.1, 0.001 to 20.0, linear(0.05, 0.2);
         /// An obstacle on the way to the target is hit at this distance before the body would touch it, in m.
@@ -42,16 +47,26 @@ numbers! {
         cruise_share: 0.7, 0.01 to 1.0, linear(0.3, 1.0);
         /// Time that the free way ahead must last, in s.
         headway_s: 0.3, 0.0 to 100.0, linear(0.1, 1.5);
+        /// Within this distance of the body the speed falls, in m.
+        near_m: 0.02, 0.0001 to 20.0, log(0.001, 0.1);
         /// Beyond this bearing the robot turns on the spot, in rad.
         spot_rad: 0.7, 0.01 to 3.2, linear(0.3, 1.57);
         /// Time constant of a turn, in s.
         turn_time_s: 0.2, 0.01 to 10.0, linear(0.13, 0.6);
+        /// Directions beyond this bearing are taken backwards, in rad.
+        back_rad: 2.4, 0.0 to 3.2, linear(1.57, 3.2);
+        /// How long a point is remembered that is not seen again, in s.
+        memory_s: 3.0, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 
 /// How far from its hit point the robot has been before a return counts, and how near it then comes, in m.
 const ROUND_AWAY_M: f64 = 0.15;
 const ROUND_BACK_M: f64 = 0.03;
+/// Where the hand is: so far from the last direction, towards the edge, in rad.
+const HAND_RAD: f64 = 2.2;
+/// An edge that has turned by more than this leads in circles, in rad.
+const TURNED_RAD: f64 = 4.5 * PI;
 /// An edge point that is remembered no more is the same as one at this distance from it, in m.
 const SAME_EDGE_M: f64 = 0.04;
 
@@ -80,16 +95,21 @@ struct Edge {
     side: f64,
     /// The point that decided the last direction, world frame.
     at: Point2<f64>,
+    /// The last direction, world frame.
+    direction_rad: f64,
     /// The m-line's offset at the last decision.
     offset_m: f64,
     /// The robot has been away from the hit point.
     has_left: bool,
+    /// How far the direction has turned since the hit point, in rad.
+    turned_rad: f64,
 }
 
 /// Bug2 on its way.
 #[derive(Debug, Clone)]
 pub struct Bug2 {
     robot: PeerRobot,
+    steering: Steering,
     config: Bug2Config,
     line: Option<MLine>,
     edge: Option<Edge>,
@@ -99,34 +119,46 @@ impl Bug2 {
     /// For a robot.
     #[must_use]
     pub fn new(robot: PeerRobot, config: Bug2Config) -> Self {
-        Self { robot, config, line: None, edge: None }
+        Self {
+            robot,
+            steering: Steering {
+                cruise_share: config.cruise_share,
+                headway_s: config.headway_s,
+                near_m: config.near_m,
+                margin_m: config.gap_m,
+                spot_rad: config.spot_rad,
+                turn_time_s: config.turn_time_s,
+                back_rad: config.back_rad,
+            },
+            line: None,
+            edge: None,
+            config,
+        }
     }
 
+    /// What a passage must leave free around the robot's centre.
     fn radius_m(&self) -> f64 {
-        self.robot.body_radius_m + self.config.margin_m
+        self.robot.body_radius_m + self.config.gap_m
     }
 
     /// Half of the angle that a point at this distance blocks.
     fn blocked_rad(&self, distance_m: f64) -> f64 {
-        let radius = self.radius_m();
-        if distance_m > radius {
-            return libm::asin(radius / distance_m);
-        }
-        // Nearer than it should be: straight away from it at the body, along it at the margin.
-        let depth = (radius - distance_m) / self.config.margin_m;
-        FRAC_PI_2 * (1.0 + depth.min(1.0) / 2.0)
+        let passed =
+            if distance_m > self.radius_m() { libm::asin(self.radius_m() / distance_m) } else { FRAC_PI_2 };
+        // At the margin the way leads along it; nearer, away from it.
+        let depth = 1.0 + (self.robot.body_radius_m - distance_m) / self.config.margin_m;
+        let pushed =
+            if depth > 0.0 { FRAC_PI_2 * (1.0 + depth.min(1.0) / 2.0) } else { FRAC_PI_2 * (1.0 + depth) };
+        passed.max(pushed)
     }
 
-    /// Sweeps from a point of the edge, to the first free bearing and the point that ends what is blocked. `None` where
-    /// everything is.
-    fn sweep(&self, points: &[Point2<f64>], from: Point2<f64>, side: f64) -> Option<(f64, Point2<f64>)> {
-        let start = libm::atan2(from.y, from.x);
-        let radius = self.radius_m();
-        let look = self.config.look_m.max(radius);
+    /// Sweeps from a bearing over what is blocked, to the first free bearing and the point that ends what is blocked, if
+    /// anything is. `None` where everything is.
+    fn sweep(&self, points: &[Point2<f64>], start: f64, side: f64) -> Option<(f64, Option<Point2<f64>>)> {
+        let look = self.config.look_m.max(self.radius_m());
         let polar = |point: &Point2<f64>| (libm::atan2(point.y, point.x), point.coords.norm(), *point);
         let near: Vec<_> = points.iter().map(polar).filter(|&(_, distance, _)| distance < look).collect();
-        let mut swept = self.blocked_rad(from.coords.norm().min(look));
-        let mut last = from;
+        let (mut swept, mut last) = (0.0, None);
         loop {
             let direction = start + side * swept;
             let mut next = swept;
@@ -136,7 +168,7 @@ impl Bug2 {
                 // The direction lies within what the point blocks: on to its end.
                 if off.abs() < half && swept + off + half > next {
                     next = swept + off + half;
-                    last = point;
+                    last = Some(point);
                 }
             }
             if next <= swept + 1e-6 {
@@ -152,41 +184,56 @@ impl Bug2 {
     /// Begins to follow what blocks the way to the target.
     fn hit(&self, view: &View, line: &MLine) -> Option<Edge> {
         let towards = view.target.bearing_rad;
-        // What blocks it first.
-        let free = |point: &Point2<f64>| {
-            free_way(core::slice::from_ref(point), towards, self.radius_m(), f64::INFINITY)
-        };
-        let first = view.points.iter().min_by(|a, b| free(a).total_cmp(&free(b)))?;
-        let way = |side| self.sweep(view.points, *first, side).map(|(bearing, at)| (side, bearing, at));
-        let size = |(_, bearing, _): &(f64, f64, Point2<f64>)| turn(towards, *bearing).abs();
+        let way = |side| self.sweep(view.points, towards, side).map(|(bearing, at)| (side, bearing, at));
+        let size = |(_, bearing, _): &(f64, f64, Option<Point2<f64>>)| turn(towards, *bearing).abs();
         let ways = [way(1.0), way(-1.0)];
-        let (side, _, at) = ways.into_iter().flatten().min_by(|a, b| size(a).total_cmp(&size(b)))?;
+        let (side, bearing, at) = ways.into_iter().flatten().min_by(|a, b| size(a).total_cmp(&size(b)))?;
         Some(Edge {
             hit: view.position,
             hit_distance_m: view.target.distance_m,
             side,
-            at: view.to_world(at),
+            at: view.to_world(at?),
+            direction_rad: view.heading_rad + bearing,
             offset_m: line.offset(view.position),
             has_left: false,
+            turned_rad: 0.0,
         })
     }
 
     /// The bearing along the edge; `None` where it is gone or there is no way on.
     fn follow(&self, view: &View, edge: &mut Edge) -> Option<f64> {
-        let known = view.to_robot(edge.at);
-        let gap = |point: &Point2<f64>| (point - known).norm();
-        let nearest = view.points.iter().min_by(|a, b| gap(a).total_cmp(&gap(b)))?;
-        if gap(nearest) > SAME_EDGE_M {
-            return None;
+        // The hand on the edge: what is blocked there ends where the edge does.
+        let hand = turn(view.heading_rad, edge.direction_rad) - edge.side * HAND_RAD;
+        let (mut bearing, mut at) = self.sweep(view.points, hand, edge.side)?;
+        if at.is_none() {
+            let known = view.to_robot(edge.at);
+            let gap = |point: &Point2<f64>| (point - known).norm();
+            let nearest = view.points.iter().min_by(|a, b| gap(a).total_cmp(&gap(b)))?;
+            if gap(nearest) > SAME_EDGE_M {
+                return None;
+            }
+            (bearing, at) = self.sweep(view.points, libm::atan2(nearest.y, nearest.x), edge.side)?;
+            at = at.or(Some(*nearest));
         }
-        let (bearing, at) = self.sweep(view.points, *nearest, edge.side)?;
-        edge.at = view.to_world(at);
+        edge.at = view.to_world(at?);
+        let direction = view.heading_rad + bearing;
+        edge.turned_rad += turn(edge.direction_rad, direction);
+        edge.direction_rad = direction;
         Some(bearing)
     }
 
     fn is_free(&self, view: &View, way_m: f64) -> bool {
         let way = way_m.min(view.target.distance_m);
-        free_way(view.points, view.target.bearing_rad, self.radius_m(), way) >= way - 1e-9
+        let towards = view.target.bearing_rad;
+        // Not along what is nearer than the margin.
+        let is_pushed = |point: &Point2<f64>| {
+            let distance = point.coords.norm();
+            let bearing = libm::atan2(point.y, point.x);
+            distance < self.robot.body_radius_m + self.config.margin_m
+                && turn(towards, bearing).abs() < self.blocked_rad(distance)
+        };
+        free_way(view.points, towards, self.radius_m(), way) >= way - 1e-9
+            && !view.points.iter().any(is_pushed)
     }
 
     /// Whether the edge can be left here.
@@ -220,6 +267,10 @@ impl Bug2 {
         };
         if let Some(mut edge) = self.edge.take() {
             Self::heed_round(view, &mut edge);
+            if edge.turned_rad.abs() > TURNED_RAD {
+                self.line = None;
+                return Some(view.target.bearing_rad);
+            }
             if !self.leaves(view, &line, &mut edge)
                 && let Some(bearing) = self.follow(view, &mut edge)
             {
@@ -239,20 +290,19 @@ impl Bug2 {
 
 impl Navigator for Bug2 {
     fn decide(&mut self, view: &View) -> Twist {
-        let config = self.config.clone();
         let Some(bearing) = self.bearing(view) else {
             // Boxed in by what may be noise: look around.
             return Twist { forward_mps: 0.0, turn_radps: self.robot.turn_limit_radps() / 4.0 };
         };
-        let body = self.robot.body_radius_m;
-        let free = free_way(view.points, 0.0, body + config.margin_m / 2.0, self.robot.reach_m);
-        let cruise = config.cruise_share * self.robot.speed_limit_mps;
-        let speed = cruise.min(free / config.headway_s.max(self.robot.period_s));
-        self.robot.heading_for(bearing, speed, config.spot_rad, config.turn_time_s)
+        self.steering.towards(&self.robot, view, bearing)
     }
 
     fn reset(&mut self) {
         self.line = None;
         self.edge = None;
+    }
+
+    fn memory_s(&self) -> f64 {
+        self.config.memory_s
     }
 }

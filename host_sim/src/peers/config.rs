@@ -6,38 +6,19 @@
 use serde::{Deserialize, Serialize};
 
 use crate::contender::Contender;
-
-/// How a search steps through a range.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Scale {
-    /// Equal differences are equally likely.
-    Linear,
-    /// Equal ratios are.
-    Logarithmic,
-}
-
-/// Where a search looks for a number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SearchRange {
-    /// Smallest value tried.
-    pub low: f64,
-    /// Largest value tried.
-    pub high: f64,
-    /// How it is drawn in between.
-    pub scale: Scale,
-}
+use crate::search::Dimension;
 
 /// A number of a group: what it is called and what it may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Number {
-    /// Name of the field.
+    /// Name in a file below `[peers]`, such as `apf.range_m`.
     pub name: &'static str,
     /// Smallest value that makes sense.
     pub low: f64,
     /// Largest value that makes sense.
     pub high: f64,
     /// Where a search looks; `None` for what is given and not tuned.
-    pub search: Option<SearchRange>,
+    pub search: Option<Dimension>,
 }
 
 /// A group of numbers that can be listed, read and set without knowing them.
@@ -48,22 +29,18 @@ pub trait Numbers {
     fn value_mut(&mut self, place: usize) -> Option<&mut f64>;
 }
 
-pub(super) const fn given() -> Option<SearchRange> {
-    None
-}
-
-pub(super) const fn linear(low: f64, high: f64) -> Option<SearchRange> {
-    Some(SearchRange { low, high, scale: Scale::Linear })
-}
-
-pub(super) const fn logarithmic(low: f64, high: f64) -> Option<SearchRange> {
-    Some(SearchRange { low, high, scale: Scale::Logarithmic })
-}
-
-/// Makes a group of lines `field: default, low to high, where a search looks;`.
+/// Makes a group of lines `field: default, low to high, where a search looks;`: `linear` or `log` and the bounds, or
+/// `given` for what is not tuned.
 macro_rules! numbers {
-    ($(#[$doc:meta])* $group:ident {
-        $($(#[$field_doc:meta])+ $field:ident: $default:literal, $low:literal to $high:literal, $search:expr;)+
+    (@search $name:expr, given) => { None };
+    (@search $name:expr, $scale:ident($low:literal, $high:literal)) => {
+        Some($crate::search::Dimension::$scale($name, $low, $high))
+    };
+    ($(#[$doc:meta])* $group:ident, $table:literal {
+        $(
+            $(#[$field_doc:meta])+
+            $field:ident: $default:literal, $low:literal to $high:literal, $search:ident $(($from:literal, $to:literal))?;
+        )+
     }) => {
         $(#[$doc])*
         #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -81,10 +58,13 @@ macro_rules! numbers {
         impl $crate::peers::config::Numbers for $group {
             fn list(&self) -> &'static [$crate::peers::config::Number] {
                 const LIST: &[$crate::peers::config::Number] = &[$($crate::peers::config::Number {
-                    name: stringify!($field),
+                    name: concat!($table, ".", stringify!($field)),
                     low: $low,
                     high: $high,
-                    search: $search,
+                    search: numbers!(
+                        @search concat!($table, ".", stringify!($field)),
+                        $search $(($from, $to))?
+                    ),
                 }),+];
                 LIST
             }
@@ -100,23 +80,21 @@ pub(super) use numbers;
 
 numbers! {
     /// The short memory of what was seen, see [`super::surroundings`]. Common to all peers.
-    MemoryConfig {
-        /// How long a point is kept that is not seen again, in s.
-        duration_s: 3.0, 0.0 to 600.0, given();
+    MemoryConfig, "memory" {
         /// How far from the axis of a beam a point may lie to be replaced by its reading, in m.
-        merge_m: 0.008, 0.0 to 1.0, given();
+        merge_m: 0.008, 0.0 to 1.0, given;
     }
 }
 
 numbers! {
     /// The last centimetres, see [`super::approach`]. Common to all peers.
-    ApproachConfig {
+    ApproachConfig, "approach" {
         /// Below this distance a target is near, in m.
-        distance_m: 0.1, 0.0 to 10.0, given();
+        distance_m: 0.1, 0.0 to 10.0, given;
         /// What the way to it must leave free beside the body, in m.
-        margin_m: 0.002, 0.0 to 1.0, given();
+        margin_m: 0.002, 0.0 to 1.0, given;
         /// Time constant of the speed in s.
-        time_s: 0.35, 0.05 to 10.0, given();
+        time_s: 0.35, 0.05 to 10.0, given;
     }
 }
 
@@ -151,16 +129,9 @@ pub struct PeerConfigError {
 }
 
 impl PeerConfig {
-    /// The groups by their names in a file.
-    fn groups(&mut self) -> [(&'static str, &mut dyn Numbers); 6] {
-        [
-            ("memory", &mut self.memory),
-            ("approach", &mut self.approach),
-            ("apf", &mut self.apf),
-            ("vfh", &mut self.vfh),
-            ("dwa", &mut self.dwa),
-            ("bug2", &mut self.bug2),
-        ]
+    fn groups(&mut self) -> [&mut dyn Numbers; 6] {
+        let Self { memory, approach, apf, vfh, dwa, bug2 } = self;
+        [memory, approach, apf, vfh, dwa, bug2]
     }
 
     /// Checks every number.
@@ -169,12 +140,12 @@ impl PeerConfig {
     /// The first that is out of its range, or no number.
     pub fn validate(&self) -> Result<(), PeerConfigError> {
         let mut copy = self.clone();
-        for (group, numbers) in copy.groups() {
+        for numbers in copy.groups() {
             for (place, number) in numbers.list().iter().enumerate() {
                 let value = numbers.value_mut(place).map_or(f64::NAN, |value| *value);
                 if !(number.low..=number.high).contains(&value) {
                     let must = format!("between {} and {}", number.low, number.high);
-                    let name = format!("peers.{group}.{}", number.name);
+                    let name = format!("peers.{}", number.name);
                     return Err(PeerConfigError { name, value, must });
                 }
             }
@@ -182,28 +153,22 @@ impl PeerConfig {
         Ok(())
     }
 
-    /// What a search may tune of a contender: names as in a file below `[peers]`, such as `apf.range_m`, and where to
-    /// look. None for those that are no peers.
+    /// What a search may tune of a contender, by its names in a file below `[peers]`, and where to look. None for those
+    /// that are no peers.
     #[must_use]
-    pub fn searched(contender: Contender) -> Vec<(String, SearchRange)> {
-        let mut all = Vec::new();
-        for (group, numbers) in Self::default().groups() {
-            if group == contender.name() {
-                let searched = numbers.list().iter();
-                all.extend(
-                    searched.filter_map(|number| Some((format!("{group}.{}", number.name), number.search?))),
-                );
-            }
-        }
-        all
+    pub fn searched(contender: Contender) -> Vec<Dimension> {
+        let table = format!("{}.", contender.name());
+        let mut config = Self::default();
+        let numbers = config.groups().into_iter().flat_map(|numbers| numbers.list());
+        numbers.filter_map(|number| number.search).filter(|number| number.name.starts_with(&table)).collect()
     }
 
     /// The number of this name (as in [`PeerConfig::searched`]), to read or to change; validate after a change.
     pub fn number_mut(&mut self, name: &str) -> Option<&mut f64> {
-        let (group, field) = name.split_once('.')?;
-        let (_, numbers) = self.groups().into_iter().find(|(name, _)| *name == group)?;
-        let place = numbers.list().iter().position(|number| number.name == field)?;
-        numbers.value_mut(place)
+        self.groups().into_iter().find_map(|numbers| {
+            let place = numbers.list().iter().position(|number| number.name == name)?;
+            numbers.value_mut(place)
+        })
     }
 }
 
@@ -218,13 +183,14 @@ mod tests {
         for contender in Contender::ALL {
             let searched = PeerConfig::searched(contender);
             assert_eq!(searched.is_empty(), !contender.is_peer(), "{contender:?}");
-            for (name, range) in searched {
+            for range in searched {
+                let name = range.name;
                 let mut config = PeerConfig::default();
                 for value in [range.low, range.high] {
-                    *config.number_mut(&name).unwrap() = value;
+                    *config.number_mut(name).unwrap() = value;
                     config.validate().unwrap_or_else(|error| panic!("{error}"));
                 }
-                *config.number_mut(&name).unwrap() = f64::NAN;
+                *config.number_mut(name).unwrap() = f64::NAN;
                 let error = config.validate().unwrap_err().to_string();
                 assert!(error.starts_with(&format!("peers.{name} = NaN: must be between ")), "{error}");
             }

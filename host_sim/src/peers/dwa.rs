@@ -16,13 +16,13 @@
 
 use nalgebra::Point2;
 
-use super::config::{linear, numbers};
+use super::config::numbers;
 use super::robot::{PeerRobot, Twist, free_way, turn};
 use super::{Navigator, View};
 
 numbers! {
     /// Numbers of the dynamic window approach.
-    DwaConfig {
+    DwaConfig, "dwa" {
         /// α: heading.
         heading_weight: 1.0, 0.0 to 1000.0, linear(0.1, 2.0);
         /// β: clearance.
@@ -43,6 +43,8 @@ numbers! {
         stuck_s: 1.0, 0.1 to 1000.0, linear(0.3, 4.0);
         /// Free way that ends the turn away, in m.
         escape_m: 0.1, 0.0 to 20.0, linear(0.03, 0.17);
+        /// How long a point is remembered that is not seen again, in s.
+        memory_s: 3.0, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 
@@ -222,6 +224,10 @@ impl Navigator for DynamicWindow {
     fn reset(&mut self) {
         self.idle_s = 0.0;
         self.escape = None;
+    }
+
+    fn memory_s(&self) -> f64 {
+        self.config.memory_s
     }
 }
 

@@ -46,7 +46,7 @@ impl<N: Navigator> PeerPort<N> {
             reflex: Reflex::default(),
             robot,
             approach: peers.approach.clone(),
-            surroundings: Surroundings::new(peers.memory.clone(), robot.body_radius_m),
+            surroundings: Surroundings::new(peers.memory.clone(), navigator.memory_s(), robot.body_radius_m),
             scan: Scan::EMPTY,
             navigator,
         })

@@ -45,17 +45,6 @@ impl PeerRobot {
     pub fn turn_limit_radps(&self) -> f64 {
         2.0 * self.speed_limit_mps / self.wheel_base_m
     }
-
-    /// Turns towards a bearing and drives on as far as the robot looks there: at `speed_mps` straight ahead, not at all
-    /// beyond `spot_rad`. `turn_time_s` is the time constant of the turn.
-    #[must_use]
-    pub fn heading_for(&self, bearing_rad: f64, speed_mps: f64, spot_rad: f64, turn_time_s: f64) -> Twist {
-        let limit = self.turn_limit_radps();
-        Twist {
-            forward_mps: speed_mps * (1.0 - bearing_rad.abs() / spot_rad).max(0.0),
-            turn_radps: (bearing_rad / turn_time_s.max(self.period_s)).clamp(-limit, limit),
-        }
-    }
 }
 
 /// Motion of the body.

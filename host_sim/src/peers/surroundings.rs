@@ -34,16 +34,17 @@ struct Remembered {
 #[derive(Debug, Clone)]
 pub struct Surroundings {
     config: MemoryConfig,
+    memory_s: f64,
     body_radius_m: f64,
     remembered: Vec<Remembered>,
     points: Vec<Point2<f64>>,
 }
 
 impl Surroundings {
-    /// Nothing seen yet.
+    /// Nothing seen yet; a point is kept for `memory_s` after it was last seen.
     #[must_use]
-    pub fn new(config: MemoryConfig, body_radius_m: f64) -> Self {
-        Self { config, body_radius_m, remembered: Vec::new(), points: Vec::new() }
+    pub fn new(config: MemoryConfig, memory_s: f64, body_radius_m: f64) -> Self {
+        Self { config, memory_s, body_radius_m, remembered: Vec::new(), points: Vec::new() }
     }
 
     /// Forgets everything.
@@ -57,7 +58,7 @@ impl Surroundings {
         for point in &mut self.remembered {
             point.age_s += elapsed_s;
         }
-        let memory_s = self.config.duration_s;
+        let memory_s = self.memory_s;
         self.remembered.retain(|point| point.age_s < memory_s);
         for (sensor, range) in ranges.iter().enumerate() {
             self.see_beam(place, f64::from(sensor_bearing::<f32>(sensor, SENSORS)), *range, reach_m);
@@ -134,7 +135,7 @@ mod tests {
     }
 
     fn seen() -> Surroundings {
-        let mut surroundings = Surroundings::new(MemoryConfig::default(), 0.025);
+        let mut surroundings = Surroundings::new(MemoryConfig::default(), 3.0, 0.025);
         surroundings.see(at(0.0, 0.0), &ahead(Some(0.15)), REACH_M, 0.128);
         surroundings
     }
@@ -161,7 +162,7 @@ mod tests {
     #[test]
     fn what_is_not_seen_again_is_forgotten() {
         let mut surroundings = seen();
-        surroundings.see(at(0.1, 0.26), &ahead(None), REACH_M, MemoryConfig::default().duration_s);
+        surroundings.see(at(0.1, 0.26), &ahead(None), REACH_M, 3.0);
         assert!(surroundings.points().is_empty());
     }
 }

@@ -9,27 +9,32 @@
 //!
 //! # Left open, and chosen
 //!
-//! * **Scale**: cells of 1 cm, sectors of 5°; a reading goes to the cell on the axis of its beam.
+//! * **Scale**: cells of a centimetre or less, sectors of 5°. A reading goes to the cell on the axis of its beam, and
+//!   takes certainty from all cells within the beam that it has passed, not from those on the axis alone: phantoms beside
+//!   the axis would close a doorway for good.
 //! * **A cell inside the enlarged body** blocks half of the circle (asin is not defined there).
 //! * **Turning circle**: a differential drive turns on the spot, if slow enough: the radius grows with the speed.
 //!   Where that masks everything, the robot brakes and turns by the binary histogram.
 //! * **Nothing free**: the robot turns on the spot towards the lowest density, and sees what is there.
 //! * **Cells beyond the target** block nothing.
-//! * **Speed** falls with the turn and with the free way ahead.
+//! * **Speed** falls with the turn and with the free way ahead, see [`super::steering`].
 
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use controller_core::sensing::proximity::sensor_bearing;
 use nalgebra::{Point2, Vector2};
 
-use super::config::{given, linear, logarithmic, numbers};
-use super::robot::{PeerRobot, Twist, free_way, turn};
+use super::config::numbers;
+use super::robot::{PeerRobot, Twist, turn};
+use super::steering::Steering;
 use super::{Navigator, View};
 use crate::proximity_model::SENSORS;
 
 numbers! {
     /// Numbers of VFH+.
-    VfhConfig {
+    VfhConfig, "vfh" {
+        /// Edge of a cell, in m.
+        cell_m: 0.007, 0.001 to 0.1, log(0.004, 0.015);
         /// Radius of the active window, in m.
         window_m: 0.2, 0.05 to 1.0, linear(0.08, 0.5);
         /// Distance that is added to the body's radius, in m.
@@ -39,15 +44,15 @@ numbers! {
         /// Certainty that it takes from each cell before it.
         miss: 0.2, 0.0 to 1.0, linear(0.0, 0.6);
         /// a: weight of the nearest cells against 1 at the rim of the window.
-        near_weight: 4.0, 1.0 to 1000.0, logarithmic(1.0, 30.0);
+        near_weight: 4.0, 1.0 to 1000.0, log(1.0, 30.0);
         /// Density below which a blocked sector becomes free.
-        threshold_low: 0.3, 0.0 to 1000.0, logarithmic(0.03, 3.0);
+        threshold_low: 0.3, 0.0 to 1000.0, log(0.03, 3.0);
         /// Density above which a free sector is blocked, as a multiple of the other.
         threshold_ratio: 1.5, 1.0 to 1000.0, linear(1.0, 4.0);
         /// Openings of more sectors than this are wide: the robot keeps half of it from their edges.
         wide_sectors: 16.0, 1.0 to 72.0, linear(4.0, 30.0);
         /// μ₁: off the target.
-        target_cost: 5.0, 0.0 to 1000.0, given();
+        target_cost: 5.0, 0.0 to 1000.0, given;
         /// μ₂: off the heading.
         heading_cost: 2.0, 0.0 to 1000.0, linear(0.0, 6.0);
         /// μ₃: off the last choice.
@@ -58,22 +63,34 @@ numbers! {
         cruise_share: 0.8, 0.01 to 1.0, linear(0.3, 1.0);
         /// Time that the free way ahead must last, in s.
         headway_s: 0.4, 0.0 to 100.0, linear(0.1, 1.5);
+        /// Within this distance of the body the speed falls, in m.
+        near_m: 0.02, 0.0001 to 20.0, log(0.001, 0.1);
         /// Beyond this bearing the robot turns on the spot, in rad.
         spot_rad: 0.8, 0.01 to 3.2, linear(0.3, 1.57);
         /// Time constant of a turn, in s.
         turn_time_s: 0.25, 0.01 to 10.0, linear(0.13, 0.6);
+        /// Directions beyond this bearing are taken backwards, in rad.
+        back_rad: 2.4, 0.0 to 3.2, linear(1.57, 3.2);
+        /// How long a point is remembered that is not seen again, in s.
+        memory_s: 3.0, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 
-/// Edge of a cell in m.
-const CELL_M: f64 = 0.01;
 /// Sectors of the histogram.
 const SECTORS: usize = 72;
 const SECTOR_RAD: f64 = TAU / 72.0;
 
+/// Half the width of a beam in rad: 7.5°.
+const BEAM_RAD: f64 = 0.131;
+/// Share of a range by which a reading may be wrong: cells so much before it may be what it has seen.
+const RANGE_NOISE: f64 = 0.1;
+/// Cells from the middle to the rim, at most.
+const HALF_MAX: i32 = 200;
+
 /// The certainty grid: a square window of the world that moves with the robot by whole cells.
 #[derive(Debug, Clone)]
 struct Grid {
+    cell_m: f64,
     /// Cells from the middle to the rim.
     half: i32,
     /// The cell in the middle.
@@ -81,26 +98,20 @@ struct Grid {
     cells: Vec<f64>,
 }
 
-/// The cell of a coordinate; far off the world it saturates.
-#[allow(clippy::cast_possible_truncation, reason = "saturates, and no world is that large")]
-fn cell_of(coordinate_m: f64) -> i32 {
-    libm::floor(coordinate_m / CELL_M) as i32
-}
-
-/// The middle of a cell.
-fn middle(cell: i32) -> f64 {
-    (f64::from(cell) + 0.5) * CELL_M
-}
-
 impl Grid {
-    fn new(window_m: f64) -> Self {
-        let half = cell_of(window_m).clamp(1, 200);
+    fn new(cell_m: f64, window_m: f64) -> Self {
+        let half = whole(window_m / cell_m).clamp(1, HALF_MAX);
         let side = usize::try_from(2 * half + 1).unwrap_or(1);
-        Self { half, centre: (0, 0), cells: vec![0.0; side * side] }
+        Self { cell_m, half, centre: (0, 0), cells: vec![0.0; side * side] }
     }
 
     fn clear(&mut self) {
         self.cells.fill(0.0);
+    }
+
+    /// The cell of a place.
+    fn at(&self, place: Point2<f64>) -> (i32, i32) {
+        (whole(place.x / self.cell_m), whole(place.y / self.cell_m))
     }
 
     fn index(&self, (x, y): (i32, i32)) -> Option<usize> {
@@ -112,7 +123,7 @@ impl Grid {
 
     /// Moves the window to the robot; what leaves it is forgotten.
     fn follow(&mut self, position: Point2<f64>) {
-        let centre = (cell_of(position.x), cell_of(position.y));
+        let centre = self.at(position);
         if centre == self.centre {
             return;
         }
@@ -134,31 +145,51 @@ impl Grid {
         places.zip(self.cells.iter().copied()).filter(|&(_, certainty)| certainty > 0.0)
     }
 
-    fn add(&mut self, at: Point2<f64>, certainty: f64) {
-        if let Some(index) = self.index((cell_of(at.x), cell_of(at.y))) {
+    fn add(&mut self, cell: (i32, i32), certainty: f64) {
+        if let Some(index) = self.index(cell) {
             self.cells[index] = (self.cells[index] + certainty).clamp(0.0, 1.0);
         }
     }
 
-    /// A reading: certainty for the cell where it ends, none for those before it.
-    fn read(&mut self, config: &VfhConfig, view: &View, bearing_rad: f64, range: Option<f64>, free_m: f64) {
-        let (sin, cos) = libm::sincos(view.heading_rad + bearing_rad);
-        let axis = Vector2::new(cos, sin);
-        let end = range.unwrap_or(free_m);
-        let mut along = CELL_M;
-        while along < end - 1.5 * CELL_M {
-            self.add(view.position + axis * along, -config.miss);
-            along += CELL_M;
+    /// Occupied cells as the robot sees them.
+    fn seen(&self, view: &View) -> Vec<Seen> {
+        let seen = |(cell, certainty): ((i32, i32), f64)| {
+            let middle = |cell: i32| (f64::from(cell) + 0.5) * self.cell_m;
+            let to = Point2::new(middle(cell.0), middle(cell.1)) - view.position;
+            Seen { cell, direction_rad: libm::atan2(to.y, to.x), distance_m: to.norm(), certainty }
+        };
+        self.occupied().map(seen).collect()
+    }
+
+    /// A scan: certainty for the cells where readings end, less for those that beams pass over.
+    fn read(&mut self, config: &VfhConfig, view: &View, reach_m: f64) {
+        let bearing = |sensor| view.heading_rad + f64::from(sensor_bearing::<f32>(sensor, SENSORS));
+        for cell in self.seen(view) {
+            for (sensor, range) in view.ranges.iter().enumerate() {
+                let free = range.unwrap_or(reach_m) * (1.0 - RANGE_NOISE) - self.cell_m;
+                if cell.distance_m < free && turn(bearing(sensor), cell.direction_rad).abs() < BEAM_RAD {
+                    self.add(cell.cell, -config.miss);
+                }
+            }
         }
-        if let Some(range) = range {
-            self.add(view.position + axis * range, config.hit);
+        for (sensor, range) in view.ranges.iter().enumerate() {
+            let Some(range) = range else { continue };
+            let (sin, cos) = libm::sincos(bearing(sensor));
+            self.add(self.at(view.position + Vector2::new(cos, sin) * *range), config.hit);
         }
     }
+}
+
+/// The whole part of a number of cells; far off the world it saturates.
+#[allow(clippy::cast_possible_truncation, reason = "saturates, and no world is that large")]
+fn whole(cells: f64) -> i32 {
+    libm::floor(cells) as i32
 }
 
 /// A cell as the histograms see it.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
+    cell: (i32, i32),
     /// Direction in the world, rad.
     direction_rad: f64,
     distance_m: f64,
@@ -169,6 +200,7 @@ struct Seen {
 #[derive(Debug, Clone)]
 pub struct Vfh {
     robot: PeerRobot,
+    steering: Steering,
     config: VfhConfig,
     grid: Grid,
     /// The binary histogram, for its hysteresis.
@@ -181,22 +213,31 @@ impl Vfh {
     /// For a robot.
     #[must_use]
     pub fn new(robot: PeerRobot, config: VfhConfig) -> Self {
-        let grid = Grid::new(config.window_m);
-        Self { robot, config, grid, blocked: [false; SECTORS], last_rad: None }
+        Self {
+            robot,
+            steering: Steering {
+                cruise_share: config.cruise_share,
+                headway_s: config.headway_s,
+                near_m: config.near_m,
+                margin_m: config.safety_m / 2.0,
+                spot_rad: config.spot_rad,
+                turn_time_s: config.turn_time_s,
+                back_rad: config.back_rad,
+            },
+            grid: Grid::new(config.cell_m, config.window_m),
+            blocked: [false; SECTORS],
+            last_rad: None,
+            config,
+        }
     }
 
     fn look(&mut self, view: &View) -> Vec<Seen> {
         self.grid.follow(view.position);
-        for (sensor, range) in view.ranges.iter().enumerate() {
-            let bearing = f64::from(sensor_bearing::<f32>(sensor, SENSORS));
-            self.grid.read(&self.config, view, bearing, *range, self.robot.reach_m);
-        }
+        self.grid.read(&self.config, view, self.robot.reach_m);
         let farthest = self.config.window_m.min(view.target.distance_m + self.robot.body_radius_m);
-        let seen = |((x, y), certainty)| {
-            let to = Point2::new(middle(x), middle(y)) - view.position;
-            Seen { direction_rad: libm::atan2(to.y, to.x), distance_m: to.norm(), certainty }
-        };
-        self.grid.occupied().map(seen).filter(|cell| cell.distance_m < farthest).collect()
+        let mut cells = self.grid.seen(view);
+        cells.retain(|cell| cell.distance_m < farthest);
+        cells
     }
 
     /// The primary histogram: density of each sector.
@@ -290,13 +331,7 @@ impl Vfh {
     }
 
     fn drive(&self, view: &View, direction: f64) -> Twist {
-        let config = &self.config;
-        let free =
-            free_way(view.points, 0.0, self.robot.body_radius_m + config.safety_m / 2.0, self.robot.reach_m);
-        let cruise = config.cruise_share * self.robot.speed_limit_mps;
-        let speed = cruise.min(free / config.headway_s.max(self.robot.period_s));
-        let bearing = turn(view.heading_rad, direction);
-        self.robot.heading_for(bearing, speed, config.spot_rad, config.turn_time_s)
+        self.steering.towards(&self.robot, view, turn(view.heading_rad, direction))
     }
 }
 
@@ -336,5 +371,9 @@ impl Navigator for Vfh {
         self.grid.clear();
         self.blocked = [false; SECTORS];
         self.last_rad = None;
+    }
+
+    fn memory_s(&self) -> f64 {
+        self.config.memory_s
     }
 }
