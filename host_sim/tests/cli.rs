@@ -590,3 +590,26 @@ fn a_board_that_is_not_there_or_cannot_do_it_is_said_so() {
     assert_refused(folder.path(), &["run", "p2_fig6", "--verify"], &["--link"]);
     assert_refused(folder.path(), &["run", "p2_fig6", "--real-time"], &["--link"]);
 }
+
+#[test]
+fn explain_says_why_in_text_json_and_picture() {
+    let folder = TempDir::new().unwrap();
+    let base = ["explain", "p2_fig4", "--steps", "300"];
+    let text = ok(folder.path(), &[&base[..], &["--at", "2.0", "--out", "why.svg"]].concat());
+    for words in ["decided at 1.920 s, 80 ms before", "winner", "target field", "open, armed", "why "] {
+        assert!(text.contains(words), "`{words}` is missing in {text}");
+    }
+    let picture = std::fs::read_to_string(folder.path().join("why.svg")).unwrap();
+    assert!(picture.contains("Decision at 1.920 s") && !picture.contains("NaN"), "{picture}");
+    let document = json(folder.path(), &[&base[..], &["--tick", "2000", "--json"]].concat());
+    let decision = &document["explanation"]["decision"];
+    assert_eq!(decision["tick"], 1920);
+    let best = decision["neurons"].as_array().unwrap().iter().map(|neuron| neuron["total"].as_f64().unwrap());
+    assert_eq!(decision["winner"]["total"].as_f64(), best.reduce(f64::max));
+    let fused = [&base[..], &["--at", "2", "--controller", "fusion"]].concat();
+    assert!(ok(folder.path(), &fused).contains("target's share 0.42"));
+    assert_refused(folder.path(), &base, &["--at", "--tick"]);
+    assert_refused(folder.path(), &[&base[..], &["--at", "-3"]].concat(), &["-3"]);
+    let late = [&base[..], &["--at", "100000"]].concat();
+    assert_refused(folder.path(), &late, &["100000000", "earlier"]);
+}

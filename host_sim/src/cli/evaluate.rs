@@ -4,6 +4,7 @@ mod ablation;
 mod calibration;
 mod figures;
 mod report;
+pub mod robots;
 mod trials;
 
 use std::path::Path;
@@ -36,6 +37,7 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<Outcome, CliError> {
     match &args.what {
         Evaluation::Positioning(args) => positioning(args),
         Evaluation::Calibration(args) => calibration::calibration(args),
+        Evaluation::Robots(args) => robots::robots(args),
     }
 }
 
