@@ -212,6 +212,21 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         }
     }
 
+    /// Leaves out what is another robot: no wall to be followed, it will be gone before it is gone round.
+    #[inline(never)]
+    fn leave_out_others(
+        &self,
+        p: &Parameters<S, SENSORS>,
+        latched: &Latched<S>,
+        detections: &mut Vec<Polar<S>, SENSORS>,
+    ) {
+        let others = self.others.seen_from(&p.separation, latched.pose, latched.now);
+        detections.retain(|place| {
+            let point = place.to_point();
+            !others.iter().any(|other| other.is_at(&p.separation, point))
+        });
+    }
+
     /// Takes over what another robot tells of itself; `here` is where this one is.
     pub fn hear(&mut self, p: &Parameters<S, SENSORS>, here: Point<S>, now: Tick, report: &Report<S>) {
         if p.separation.lifetime_ms > 0 && p.architecture == Architecture::Cooperative {
@@ -243,7 +258,10 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         match p.architecture {
             Architecture::Cooperative => {
                 let field = seen.and_then(|target| {
-                    let detections = detections(&p.proximity, &self.scan);
+                    let mut detections = detections(&p.proximity, &self.scan);
+                    if !self.others.is_empty() {
+                        self.leave_out_others(p, latched, &mut detections);
+                    }
                     let period = p.reflex.schedule.target_period_ms;
                     let place = self.detour.direct(&p.detour, target, &detections, period);
                     let place = p.scaling.features(place);

@@ -231,3 +231,6 @@ impl<S: Scalar> Member<'_, S> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

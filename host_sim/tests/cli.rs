@@ -170,7 +170,7 @@ fn json_is_one_document_for_every_command_that_offers_it() {
     assert_eq!(sweep["controllers"][1]["runs"].as_array().unwrap().len(), 2);
     assert_eq!(files_in(&folder.path().join("o")).len(), 4);
     let scenarios = json(folder.path(), &["scenarios", "--json"]);
-    assert_eq!(scenarios.as_array().unwrap().len(), 7);
+    assert_eq!(scenarios.as_array().unwrap().len(), 9);
     let plan = json(folder.path(), &["plan", "p2_fig6", "--json", "--out", "plan.svg"]);
     assert_eq!((plan["checkpoints"].as_array().unwrap().len(), &plan["file"]), (3, &"plan.svg".into()));
     let parameters = json(folder.path(), &["config", "--list", "--json"]);
@@ -612,4 +612,32 @@ fn explain_says_why_in_text_json_and_picture() {
     assert_refused(folder.path(), &[&base[..], &["--at", "-3"]].concat(), &["-3"]);
     let late = [&base[..], &["--at", "100000"]].concat();
     assert_refused(folder.path(), &late, &["100000000", "earlier"]);
+}
+
+#[test]
+fn robots_are_evaluated_with_and_without_separation_and_alike_on_any_number_of_threads() {
+    let folder = TempDir::new().unwrap();
+    let base = ["evaluate", "robots", "robots_corridor", "--steps", "300", "--runs", "2", "--json"];
+    let document = |threads| json(folder.path(), &[&base[..], &["--threads", threads]].concat());
+    let scenes = document("1")["scenes"].clone();
+    assert_eq!(scenes, document("2")["scenes"]);
+    let rows = scenes.as_array().unwrap();
+    let separated: Vec<_> = rows.iter().map(|row| row["separation"].as_bool().unwrap()).collect();
+    assert_eq!(separated, [true, false]);
+    assert_ne!(rows[0]["hash"], rows[1]["hash"], "separation changes what the robots do");
+    assert_eq!(rows[0]["runs"][1].as_array().unwrap().len(), 2, "two robots");
+
+    ok(
+        folder.path(),
+        &["evaluate", "robots", "robots_corridor", "--steps", "300", "--runs", "1", "--out", "fig"],
+    );
+    let picture = std::fs::read_to_string(folder.path().join("fig/robots_corridor.svg")).unwrap();
+    assert!(picture.contains("robot 2"), "{picture}");
+
+    assert_refused(folder.path(), &["evaluate", "robots", "p2_fig4"], &["p2_fig4", "[[robots]]", "run"]);
+    assert_refused(
+        folder.path(),
+        &["run", "robots_corridor"],
+        &["one robot", "evaluate robots robots_corridor"],
+    );
 }

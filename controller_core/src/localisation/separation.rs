@@ -172,6 +172,13 @@ impl<S: Scalar, const COUNT: usize> Others<S, COUNT> {
 }
 
 impl<S: Scalar> Moving<S> {
+    /// A point that a sensor sees may well be this robot: nearer to its centre than a body's diameter, half of which is
+    /// left for noise and the width of a beam.
+    #[must_use]
+    pub fn is_at(&self, p: &SeparationParameters<S>, point: Point<S>) -> bool {
+        self.at.distance_to(point) < p.touch_m
+    }
+
     /// Where it will be after so many seconds.
     fn after(&self, seconds: S) -> Point<S> {
         Point {
