@@ -11,6 +11,7 @@ use crate::kohonen::map::Map;
 use crate::kohonen::output::{ControlMatrix, Output};
 use crate::kohonen::self_organisation::Plasticity;
 use crate::localisation::obstacle::ObstacleField;
+use crate::localisation::separation::Report;
 use crate::localisation::target::TargetField;
 use crate::planning::checkpoint::{Checkpoints, Reached};
 use crate::reflex::Reflex;
@@ -19,7 +20,7 @@ use crate::scalar::Scalar;
 use crate::schedule::{Release, Stamped, Tick};
 use crate::sensing::proximity::Scan;
 use crate::state_hash::StateHash;
-use crate::units::{EncoderCounts, Pose, WheelDrive, WheelSpeeds};
+use crate::units::{EncoderCounts, Point, Pose, WheelDrive, WheelSpeeds};
 
 /// Checkpoints held at a time.
 pub const CHECKPOINTS: usize = 16;
@@ -202,6 +203,22 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     pub fn set_mode(&mut self, mode: Mode, now: Tick) {
         self.reflex.set_mode(mode, now);
         self.deliberation.change_mode(now);
+    }
+
+    /// Takes over what another robot tells of itself.
+    pub fn hear(&mut self, p: &Parameters<S, SENSORS>, now: Tick, report: &Report<S>) {
+        let here = self.pose(p).position();
+        self.deliberation.hear(p, here, now, report);
+    }
+
+    /// What this robot, known to others as `robot`, tells them of itself.
+    #[must_use]
+    pub fn report(&self, p: &Parameters<S, SENSORS>, robot: u8) -> Report<S> {
+        let pose = self.pose(p);
+        let (sin, cos) = pose.heading_rad.sin_cos();
+        let speed = self.reflex.measured_speeds().forward();
+        let velocity_mps = Point { x_m: speed * cos, y_m: speed * sin };
+        Report { robot, at: pose.position(), velocity_mps, age_ms: 0 }
     }
 
     /// Lets the motors run.

@@ -9,7 +9,8 @@ use heapless::Vec;
 
 use crate::config::{Architecture, Parameters};
 use crate::controller::MEMORY_POINTS;
-use crate::integration::{command_fusion, neural, neural::Decision, sweep};
+use crate::integration::ways::Ways;
+use crate::integration::{command_fusion, neural, neural::Decision};
 use crate::kohonen::features::{Chart, Command};
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::Map;
@@ -20,6 +21,7 @@ use crate::localisation::detour::Detour;
 use crate::localisation::memory::ObstacleMemory;
 use crate::localisation::obstacle::ObstacleField;
 use crate::localisation::opening::Opening;
+use crate::localisation::separation::{self, OTHERS, Others, Report};
 use crate::localisation::target::TargetField;
 use crate::motor_control;
 use crate::reflex::Latched;
@@ -29,7 +31,7 @@ use crate::sensing::proximity::{Scan, detections};
 use crate::units::{Point, Polar, Pose, WheelSpeeds};
 
 /// Points that the swept path is checked against: those remembered, and one of each sensor of a ring of twelve.
-const SWEEP_POINTS: usize = MEMORY_POINTS + 12;
+pub const SWEEP_POINTS: usize = MEMORY_POINTS + 12;
 
 /// A training step under way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +67,7 @@ pub struct Deliberation<
     standing: Standing<S, COLUMNS, ROWS, SENSORS>,
     scan: Scan<S, SENSORS>,
     memory: ObstacleMemory<S, MEMORY_POINTS>,
+    others: Others<S, OTHERS>,
     detour: Detour<S>,
     opening: Opening<S>,
     arrivals: u16,
@@ -105,6 +108,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         },
         scan: Scan::EMPTY,
         memory: ObstacleMemory::EMPTY,
+        others: Others::NONE,
         detour: Detour::NONE,
         opening: Opening::NONE,
         arrivals: 0,
@@ -130,6 +134,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             },
             scan: Scan::EMPTY,
             memory: ObstacleMemory::default(),
+            others: Others::NONE,
             detour: Detour::default(),
             opening: Opening::NONE,
             arrivals: 0,
@@ -160,6 +165,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         self.standing.reaching = Command::default();
         self.standing.avoidance = None;
         self.memory.clear();
+        self.others.clear();
         self.detour.reset();
         self.opening.reset();
     }
@@ -195,6 +201,49 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         let field = &mut self.standing.obstacles;
         field.value.renew(&self.map, &p.neural.obstacle, &p.reaching.winner, &p.scaling, &seen);
         field.renewed = latched.now;
+        if !self.others.is_empty() {
+            self.keep_apart(p, latched);
+        }
+    }
+
+    /// Adds the fields of other robots. Apart from [`Deliberation::avoid`], for its stack.
+    #[inline(never)]
+    fn keep_apart(&mut self, p: &Parameters<S, SENSORS>, latched: &Latched<S>) {
+        self.others.forget(&p.separation, latched.now);
+        for other in self.others.seen_from(&p.separation, latched.pose, latched.now) {
+            let field = separation::field(&p.separation, &other);
+            let eligible = p.reaching.winner.eligible;
+            let inhibit = |place| field.activity(&p.separation, place);
+            self.standing.obstacles.value.add(&self.map, eligible, inhibit);
+        }
+    }
+
+    /// Leaves out what is another robot: no wall to be followed, it will be gone before it is gone round.
+    #[inline(never)]
+    fn leave_out_others(
+        &self,
+        p: &Parameters<S, SENSORS>,
+        latched: &Latched<S>,
+        detections: &mut Vec<Polar<S>, SENSORS>,
+    ) {
+        let others = self.others.seen_from(&p.separation, latched.pose, latched.now);
+        detections.retain(|place| {
+            let point = place.to_point();
+            !others.iter().any(|other| other.is_at(&p.separation, point))
+        });
+    }
+
+    /// Takes over what another robot tells of itself; `here` is where this one is.
+    pub fn hear(&mut self, p: &Parameters<S, SENSORS>, here: Point<S>, now: Tick, report: &Report<S>) {
+        if p.separation.lifetime_ms > 0 && p.architecture == Architecture::Cooperative {
+            self.others.hear(here, now, report);
+        }
+    }
+
+    /// The other robots that are known of.
+    #[must_use]
+    pub fn others(&self) -> &Others<S, OTHERS> {
+        &self.others
     }
 
     /// Keeps what is seen as points. Apart from [`Deliberation::avoid`], so that its stack is free again for the field.
@@ -215,7 +264,10 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         match p.architecture {
             Architecture::Cooperative => {
                 let field = seen.and_then(|target| {
-                    let detections = detections(&p.proximity, &self.scan);
+                    let mut detections = detections(&p.proximity, &self.scan);
+                    if !self.others.is_empty() {
+                        self.leave_out_others(p, latched, &mut detections);
+                    }
                     let period = p.reflex.schedule.target_period_ms;
                     let place = self.detour.direct(&p.detour, target, &detections, period);
                     let points = &self.standing.points;
@@ -253,7 +305,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             Command::default()
         } else {
             match p.architecture {
-                Architecture::Cooperative => self.integrate_fields(p, latched.pose),
+                Architecture::Cooperative => self.integrate_fields(p, latched),
                 Architecture::Fusion => match self.standing.avoidance {
                     Some(avoidance) => {
                         command_fusion::fuse(p.target_share, self.standing.reaching, avoidance)
@@ -265,19 +317,9 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         speeds(p, command)
     }
 
-    fn integrate_fields(&mut self, p: &Parameters<S, SENSORS>, pose: Pose<S>) -> Command<S> {
+    fn integrate_fields(&mut self, p: &Parameters<S, SENSORS>, latched: &Latched<S>) -> Command<S> {
         let Some(target) = self.standing.target.value else { return Command::default() };
-        let mut obstacles: Vec<Point<S>, SWEEP_POINTS> = Vec::new();
-        // Points farther than the body can come within a step decide nothing.
-        let farthest = p.scaling.reach_m() + p.sweep.body_radius_m + p.sweep.margin_m;
-        let remembered = self.memory.seen_from(pose);
-        for point in self.standing.points.iter().copied().chain(remembered) {
-            // There is room for all.
-            if point.x_m.abs() < farthest && point.y_m.abs() < farthest && obstacles.push(point).is_err() {
-                break;
-            }
-        }
-        let checked = p.sweep.strength > S::ZERO && !obstacles.is_empty();
+        let ways = self.ways(p, latched.pose, latched.now);
         let decision = neural::integrate(
             &self.map,
             &p.neural,
@@ -285,12 +327,20 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             &p.scaling,
             &target,
             &self.standing.obstacles.value,
-            |place| {
-                if checked { sweep::inhibition(&p.sweep, place, obstacles.iter()) } else { S::ZERO }
-            },
+            |place| way_inhibition(p, &ways, place),
         );
         self.standing.decision = decision.unwrap_or_default();
         self.standing.decision.command
+    }
+
+    /// What integration holds the ways to candidate places against, for a robot at `pose`.
+    #[inline]
+    #[must_use]
+    pub fn ways(&self, p: &Parameters<S, SENSORS>, pose: Pose<S>, now: Tick) -> Ways<S, SWEEP_POINTS> {
+        let points = self.standing.points.iter().copied().chain(self.memory.seen_from(pose));
+        let others =
+            if self.others.is_empty() { Vec::new() } else { self.others.seen_from(&p.separation, pose, now) };
+        Ways::among(&p.sweep, p.scaling.reach_m(), points, others)
     }
 
     /// One training step ends, the next begins (P1 Eq. 6–8): the map learns from the way just made, then the
@@ -371,6 +421,30 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         &self.standing.points
     }
 
+    /// The scan that stands.
+    #[must_use]
+    pub fn scan(&self) -> &Scan<S, SENSORS> {
+        &self.scan
+    }
+
+    /// What is remembered of obstacles.
+    #[must_use]
+    pub fn memory(&self) -> &ObstacleMemory<S, MEMORY_POINTS> {
+        &self.memory
+    }
+
+    /// The detour, if one is under way.
+    #[must_use]
+    pub fn detour(&self) -> &Detour<S> {
+        &self.detour
+    }
+
+    /// P1: the command for the target, and the one away from obstacles where something is near.
+    #[must_use]
+    pub fn fused_commands(&self) -> (Command<S>, Option<Command<S>>) {
+        (self.standing.reaching, self.standing.avoidance)
+    }
+
     /// The last decision of neural integration.
     #[must_use]
     pub fn decision(&self) -> &Decision<S> {
@@ -396,7 +470,24 @@ fn nearest<S: Scalar>(points: &[Point<S>]) -> S {
     points.iter().fold(S::LIMIT, |nearest, point| nearest.min(origin.distance_to(*point)))
 }
 
-fn speeds<S: Scalar, const SENSORS: usize>(
+/// What the way to a place takes of a neuron: of obstacles and of other robots.
+#[inline]
+#[must_use]
+pub fn way_inhibition<S: Scalar, const SENSORS: usize>(
+    p: &Parameters<S, SENSORS>,
+    ways: &Ways<S, SWEEP_POINTS>,
+    place: Polar<S>,
+) -> S {
+    let obstacles = ways.of_obstacles(&p.sweep, place);
+    if ways.others().is_empty() {
+        return obstacles;
+    }
+    obstacles + ways.of_others(&p.separation, p.sweep.look_ahead, place)
+}
+
+/// A command as wheel speeds that the motors take.
+#[must_use]
+pub fn speeds<S: Scalar, const SENSORS: usize>(
     p: &Parameters<S, SENSORS>,
     command: Command<S>,
 ) -> WheelSpeeds<S> {

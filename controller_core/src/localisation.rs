@@ -3,6 +3,7 @@
 //! * [`target`]: the target field `a_i` (P2 Eq. 1–5)
 //! * [`obstacle`]: the obstacle fields `b_ij`, summed over the sensors (P2 Eq. 6–7)
 //! * [`memory`]: obstacles seen a moment ago (ours)
+//! * [`separation`]: other robots, known by communication (P2 names it, the rest is ours)
 //! * [`detour`]: where the target field is centred when the way is blocked for good (ours)
 //!
 //! Fields stand until they are renewed (P2, section II-D).
@@ -13,5 +14,7 @@ pub mod obstacle;
 pub mod opening;
 
 pub mod memory;
+
+pub mod separation;
 
 pub mod detour;

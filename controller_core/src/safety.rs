@@ -95,6 +95,12 @@ impl Gate {
         self.emergency = false;
     }
 
+    /// The motors may run.
+    #[must_use]
+    pub fn is_armed(&self) -> bool {
+        self.armed
+    }
+
     /// An emergency stop is latched.
     #[must_use]
     pub fn is_emergency(&self) -> bool {

@@ -5,6 +5,7 @@ mod bench;
 mod config;
 mod error;
 mod evaluate;
+mod explain;
 mod learning;
 mod link;
 mod linked;
@@ -55,6 +56,7 @@ fn dispatch(cli: &Cli) -> Result<Outcome, CliError> {
         Some(Command::Train(args)) => train::train(args),
         Some(Command::Map(args)) => map::map(args),
         Some(Command::Evaluate(args)) => evaluate::evaluate(args),
+        Some(Command::Explain(args)) => explain::explain(args),
         Some(Command::Scenarios(args)) => scenarios::scenarios(args),
         Some(Command::Plan(args)) => plan::plan(args),
         Some(Command::Link(args)) => link::link(args),

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use controller_core::config::{
     Architecture, Config, ConfigError, CooperativeConfig, FusionConfig, LearningConfig, ReachingConfig,
-    RobotConfig, SafetyConfig, ScheduleConfig, ServoConfig,
+    RobotConfig, SafetyConfig, ScheduleConfig, SeparationConfig, ServoConfig,
 };
 use serde::{Deserialize, Serialize};
 
@@ -72,6 +72,7 @@ struct File {
     cooperative: CooperativeConfig,
     fusion: FusionConfig,
     safety: SafetyConfig,
+    separation: SeparationConfig,
     peers: PeerConfig,
 }
 
@@ -84,9 +85,31 @@ impl Default for File {
 impl From<Settings> for File {
     fn from(settings: Settings) -> Self {
         let Settings { core, peers } = settings;
-        let Config { architecture, robot, servo, schedule, learning, reaching, cooperative, fusion, safety } =
-            core;
-        Self { architecture, robot, servo, schedule, learning, reaching, cooperative, fusion, safety, peers }
+        let Config {
+            architecture,
+            robot,
+            servo,
+            schedule,
+            learning,
+            reaching,
+            cooperative,
+            fusion,
+            safety,
+            separation,
+        } = core;
+        Self {
+            architecture,
+            robot,
+            servo,
+            schedule,
+            learning,
+            reaching,
+            cooperative,
+            fusion,
+            safety,
+            separation,
+            peers,
+        }
     }
 }
 
@@ -102,10 +125,21 @@ impl From<File> for Settings {
             cooperative,
             fusion,
             safety,
+            separation,
             peers,
         } = file;
-        let core =
-            Config { architecture, robot, servo, schedule, learning, reaching, cooperative, fusion, safety };
+        let core = Config {
+            architecture,
+            robot,
+            servo,
+            schedule,
+            learning,
+            reaching,
+            cooperative,
+            fusion,
+            safety,
+            separation,
+        };
         Self { core, peers }
     }
 }

@@ -1,4 +1,4 @@
-//! Pictures as SVG: of runs ([`draw_run`]) and of learned maps ([`draw_map`]).
+//! Pictures as SVG: of runs ([`draw_run`]), of learned maps ([`draw_map`]) and of decisions ([`draw_decision`]).
 //!
 //! A run shows the world as the papers draw it, the checkpoints, and the paths. Known walls are black, unforeseen
 //! obstacles grey, and movers are drawn where they start, with their circle and sense. A single path carries the
@@ -6,11 +6,13 @@
 
 mod canvas;
 mod chart;
+mod decision;
 mod heat;
 mod lattice;
 mod legend;
 
 pub use chart::{Axis, Series, Style, draw_chart};
+pub use decision::draw_decision;
 pub use heat::{HeatMap, draw_heat_map};
 pub use lattice::draw_map;
 
@@ -78,8 +80,11 @@ pub fn draw_run(scenario: &Scenario, traces: &[PathTrace]) -> String {
     for trace in traces {
         document = document.add(draw_trace(&canvas, trace, colour_of(&labels, &trace.label), outlined));
     }
-    document = draw_checkpoints(&canvas, document, scenario);
-    document = document.add(draw_start(&canvas, scenario));
+    for robot in 0..scenario.robot_count() {
+        let scenario = scenario.of_robot(robot);
+        document = draw_checkpoints(&canvas, document, &scenario);
+        document = document.add(draw_start(&canvas, &scenario));
+    }
     legend::draw(&canvas, document, scenario, &labels).to_string()
 }
 

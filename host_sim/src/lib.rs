@@ -55,6 +55,10 @@ pub mod route_planner;
 
 pub mod mission;
 
+pub mod explanation;
+
+pub mod fleet;
+
 pub mod statistics;
 
 pub mod sweep;

@@ -3,8 +3,8 @@
 use core::convert::Infallible;
 
 use controller_core::config::Config;
-use controller_core::controller::Mode;
-use controller_core::planning::checkpoint::CheckpointError;
+use controller_core::controller::{Mode, Outputs};
+use controller_core::planning::checkpoint::{CheckpointError, Reached};
 use controller_core::safety::StopCause;
 use nalgebra::Point2;
 use serde::Serialize;
@@ -120,7 +120,7 @@ pub fn config_for(scenario: &Scenario, base: &Config, contender: Option<Contende
 const TURN_PERIOD_MS: u64 = 128;
 
 /// How long the robot may roll out at the goal, in ms.
-const SETTLE_MS: u32 = 300;
+pub(crate) const SETTLE_MS: u64 = 300;
 
 /// Where a run starts.
 fn start_of(scenario: &Scenario, seed: u64) -> TruePose {
@@ -133,9 +133,10 @@ fn start_of(scenario: &Scenario, seed: u64) -> TruePose {
 }
 
 /// A mission under way.
-struct Mission<'a, C> {
+pub(crate) struct Mission<'a, C> {
     scenario: &'a Scenario,
-    simulation: Simulation<'a, C>,
+    /// The robot in its world.
+    pub simulation: Simulation<'a, C>,
     checkpoints: Vec<Point2<f64>>,
     arrivals: Vec<Arrival>,
     /// Replacements that are still to come.
@@ -155,33 +156,43 @@ pub fn run<C: ControllerPort>(
     robot: &Config,
     options: MissionOptions,
 ) -> Result<MissionResult, MissionError<C::Error>> {
-    let start = start_of(scenario, options.seed);
-    let checkpoints = match &scenario.route {
-        Route::Checkpoints(checkpoints) => checkpoints.clone(),
-        Route::Planned { .. } => route_planner::plan(scenario, start.position, 0.0)?.checkpoints,
-    };
-    let model = KheperaModel::new(&robot.robot, &robot.servo, scenario.noise.actuator);
-    let mut simulation =
-        Simulation::new(controller, &scenario.world, model, &scenario.noise, start, options.seed);
-    let points: Vec<_> = checkpoints.iter().copied().map(narrow_point).collect();
-    simulation.controller.set_checkpoints(&points).map_err(MissionError::Port)??;
-    simulation.controller.arm().map_err(MissionError::Port)?;
-    simulation.controller.set_mode(Mode::Navigate, 0).map_err(MissionError::Port)?;
-    let mut mission = Mission {
-        scenario,
-        simulation,
-        checkpoints,
-        arrivals: Vec::new(),
-        pending: (0..scenario.replacements.len()).collect(),
-        stopped: None,
-        samples: Vec::new(),
-        turned_rad: 0.0,
-    };
+    let mut mission = Mission::begin(scenario, controller, robot, options.seed)?;
     let reached = mission.drive(options.sample_ms)?;
     Ok(mission.result(options.seed, reached))
 }
 
-impl<C: ControllerPort> Mission<'_, C> {
+impl<'a, C: ControllerPort> Mission<'a, C> {
+    /// A robot at its start, ready to go.
+    pub(crate) fn begin(
+        scenario: &'a Scenario,
+        controller: C,
+        robot: &Config,
+        seed: u64,
+    ) -> Result<Self, MissionError<C::Error>> {
+        let start = start_of(scenario, seed);
+        let checkpoints = match &scenario.route {
+            Route::Checkpoints(checkpoints) => checkpoints.clone(),
+            Route::Planned { .. } => route_planner::plan(scenario, start.position, 0.0)?.checkpoints,
+        };
+        let model = KheperaModel::new(&robot.robot, &robot.servo, scenario.noise.actuator);
+        let mut simulation =
+            Simulation::new(controller, &scenario.world, model, &scenario.noise, start, seed);
+        let points: Vec<_> = checkpoints.iter().copied().map(narrow_point).collect();
+        simulation.controller.set_checkpoints(&points).map_err(MissionError::Port)??;
+        simulation.controller.arm().map_err(MissionError::Port)?;
+        simulation.controller.set_mode(Mode::Navigate, 0).map_err(MissionError::Port)?;
+        Ok(Self {
+            scenario,
+            simulation,
+            checkpoints,
+            arrivals: Vec::new(),
+            pending: (0..scenario.replacements.len()).collect(),
+            stopped: None,
+            samples: Vec::new(),
+            turned_rad: 0.0,
+        })
+    }
+
     /// Drives until the goal or the time limit; whether the goal was reached.
     fn drive(&mut self, sample_ms: u64) -> Result<bool, MissionError<C::Error>> {
         let mut heading_rad = self.simulation.pose().heading_rad;
@@ -192,10 +203,7 @@ impl<C: ControllerPort> Mission<'_, C> {
             }
             self.replace_checkpoints()?;
             let outputs = self.simulation.step().map_err(MissionError::Port)?;
-            self.stopped = outputs.stopped.or(self.stopped);
-            if sample_ms > 0 && (self.simulation.tick() - 1).is_multiple_of(sample_ms) {
-                self.sample(outputs.command.value.left_mps, outputs.command.value.right_mps);
-            }
+            self.note(&outputs, sample_ms);
             let Some(reached) = outputs.reached else { continue };
             let t_s = self.simulation.time_s();
             if reached.is_goal {
@@ -203,13 +211,26 @@ impl<C: ControllerPort> Mission<'_, C> {
                     self.simulation.step().map_err(MissionError::Port)?;
                 }
             }
-            let error_m = self.distance_to(usize::from(reached.number));
-            self.arrivals.push(Arrival { checkpoint: reached.number + 1, t_s, error_m });
+            self.arrive(reached, t_s);
             if reached.is_goal {
                 return Ok(true);
             }
         }
         Ok(false)
+    }
+
+    /// Keeps of a tick that has just been run what the result tells.
+    pub(crate) fn note(&mut self, outputs: &Outputs<f32>, sample_ms: u64) {
+        self.stopped = outputs.stopped.or(self.stopped);
+        if sample_ms > 0 && (self.simulation.tick() - 1).is_multiple_of(sample_ms) {
+            self.sample(outputs.command.value.left_mps, outputs.command.value.right_mps);
+        }
+    }
+
+    /// A checkpoint was reached at `t_s`, and the robot is where its error is to be measured.
+    pub(crate) fn arrive(&mut self, reached: Reached, t_s: f64) {
+        let error_m = self.distance_to(usize::from(reached.number));
+        self.arrivals.push(Arrival { checkpoint: reached.number + 1, t_s, error_m });
     }
 
     fn distance_to(&self, checkpoint: usize) -> f64 {
@@ -232,7 +253,7 @@ impl<C: ControllerPort> Mission<'_, C> {
     }
 
     /// The planner replaces checkpoints under way (P1 Fig. 9).
-    fn replace_checkpoints(&mut self) -> Result<(), MissionError<C::Error>> {
+    pub(crate) fn replace_checkpoints(&mut self) -> Result<(), MissionError<C::Error>> {
         if self.pending.is_empty() {
             return Ok(());
         }
@@ -261,7 +282,8 @@ impl<C: ControllerPort> Mission<'_, C> {
         Ok(())
     }
 
-    fn result(self, seed: u64, reached: bool) -> MissionResult {
+    /// What became of it.
+    pub(crate) fn result(self, seed: u64, reached: bool) -> MissionResult {
         let contacts = self.simulation.contacts();
         let precise = self.arrivals.iter().all(|arrival| arrival.error_m < self.scenario.tolerance_m);
         MissionResult {

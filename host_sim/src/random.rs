@@ -29,6 +29,12 @@ pub enum Purpose {
     Dropout = 9,
 }
 
+/// The seed of one robot of several; that of the first is the run's own.
+#[must_use]
+pub const fn seed_of_robot(seed: u64, robot: u64) -> u64 {
+    if robot == 0 { seed } else { mix(seed) ^ mix(robot.wrapping_mul(0xD1B5_4A32_D192_ED03)) }
+}
+
 /// A stream of random numbers.
 #[derive(Debug, Clone)]
 pub struct Stream(Pcg64Mcg);

@@ -41,6 +41,8 @@ pub struct Scenario {
     pub start: Start,
     /// Where it shall go.
     pub route: Route,
+    /// Further robots in the same world, where there are several.
+    pub companions: Vec<Companion>,
     /// Checkpoints that the planner exchanges under way.
     pub replacements: Vec<Replacement>,
     /// A checkpoint is reached at less than this distance, in m.
@@ -57,6 +59,15 @@ pub struct Scenario {
     pub solids: Vec<Solid>,
     /// What can be touched and seen: `solids` and the movers, laid out for the simulator.
     pub world: World,
+}
+
+/// A further robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Companion {
+    /// Where it starts.
+    pub start: Start,
+    /// Where it shall go.
+    pub checkpoints: Vec<Point2<f64>>,
 }
 
 /// The robot's pose at time zero.
@@ -187,7 +198,12 @@ impl Shape {
 }
 
 impl Scenario {
-    /// Names of the built-in scenarios, in the papers' order.
+    /// Names of the built-in scenarios of several robots.
+    pub fn fleet_names() -> impl ExactSizeIterator<Item = &'static str> {
+        builtin::FLEETS.iter().map(|(name, _)| *name)
+    }
+
+    /// Names of the built-in scenarios of one robot, in the papers' order.
     pub fn builtin_names() -> impl ExactSizeIterator<Item = &'static str> {
         builtin::ALL.iter().map(|(name, _)| *name)
     }
@@ -207,7 +223,7 @@ impl Scenario {
     ///
     /// If there is none of that name.
     pub fn builtin_text(name: &str) -> Result<&'static str, ScenarioError> {
-        let found = builtin::ALL.iter().find(|(builtin, _)| *builtin == name);
+        let found = builtin::ALL.iter().chain(&builtin::FLEETS).find(|(builtin, _)| *builtin == name);
         found.map(|(_, text)| *text).ok_or_else(|| builtin::not_found(name))
     }
 
@@ -217,7 +233,7 @@ impl Scenario {
     ///
     /// If there is neither, or the file cannot be read or makes no sense.
     pub fn load(name_or_path: &str) -> Result<Self, ScenarioError> {
-        let is_builtin = Self::builtin_names().any(|name| name == name_or_path);
+        let is_builtin = Self::builtin_names().chain(Self::fleet_names()).any(|name| name == name_or_path);
         if is_builtin || !Path::new(name_or_path).exists() {
             return Self::builtin(name_or_path);
         }
@@ -232,6 +248,25 @@ impl Scenario {
     /// If the text is not TOML, has unknown or missing keys, or describes something that cannot be run.
     pub fn parse(file: &str, text: &str) -> Result<Self, ScenarioError> {
         check::scenario(file, &toml_document::<raw::RawScenario>(file, text)?)
+    }
+
+    /// How many robots are driven.
+    #[must_use]
+    pub fn robot_count(&self) -> usize {
+        self.companions.len() + 1
+    }
+
+    /// The experiment as one of its robots meets it, without the others: 0 is the first, a number beyond the last as
+    /// well.
+    #[must_use]
+    pub fn of_robot(&self, robot: usize) -> Self {
+        let mut scenario = Self { companions: Vec::new(), ..self.clone() };
+        if let Some(companion) = robot.checked_sub(1).and_then(|index| self.companions.get(index)) {
+            scenario.start = companion.start;
+            scenario.route = Route::Checkpoints(companion.checkpoints.clone());
+            scenario.replacements.clear();
+        }
+        scenario
     }
 
     /// The same experiment with these checkpoints, such as a planner's.

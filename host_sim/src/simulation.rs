@@ -1,4 +1,4 @@
-//! One robot in one world under one controller, tick by tick in virtual time.
+//! One robot in one world under one controller, tick by tick in virtual time; of several, see [`crate::fleet`].
 //!
 //! At tick t the sensors read the world of t, the controller steps, and its drive moves the robot to t + 1. There is no
 //! wall time and no thread inside a run.
@@ -9,6 +9,7 @@ use controller_core::state_hash::StateHash;
 use controller_core::units::Pose;
 use nalgebra::Point2;
 
+use crate::geometry::Disc;
 use crate::khepera::{Khepera, KheperaModel, TICK_S, TruePose, wrapped};
 use crate::number::{low_word, narrow};
 use crate::proximity_model::{ProximityRing, SENSORS};
@@ -70,7 +71,8 @@ impl ContactTest {
         t_s: f64,
     ) -> bool {
         self.spare_m -= moved_m;
-        if self.spare_m > 0.0 && t_s < self.change_s {
+        // How far other driven robots go is not known beforehand.
+        if self.spare_m > 0.0 && t_s < self.change_s && world.bodies.is_empty() {
             return true;
         }
         let clearance = world.clearance(centre, t_s) - radius_m;
@@ -150,25 +152,40 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
     /// # Errors
     /// If the controller cannot be reached any more; the world then stands where it was.
     pub fn step(&mut self) -> Result<Outputs<f32>, C::Error> {
-        let inputs = self.read();
-        let outputs = self.controller.step(self.tick, &inputs)?;
-        self.move_robot(&outputs);
+        let outputs = self.decide_in(self.world)?;
+        self.move_in(self.world, &outputs);
+        Ok(outputs)
+    }
+
+    /// The first half of a tick: the sensors read `world`, the controller steps.
+    ///
+    /// # Errors
+    /// As [`Simulation::step`].
+    #[inline]
+    pub fn decide_in(&mut self, world: &World) -> Result<Outputs<f32>, C::Error> {
+        let inputs = self.read(world);
+        self.controller.step(self.tick, &inputs)
+    }
+
+    /// The second half of a tick: the robot moves in `world`.
+    #[inline]
+    pub fn move_in(&mut self, world: &World, outputs: &Outputs<f32>) {
+        self.move_robot(world, outputs);
         self.tick += 1;
         let pose = self.robot.pose();
         for value in [pose.position.x, pose.position.y, pose.heading_rad] {
             let bits = value.to_bits();
             self.hash.add_word(low_word(bits ^ (bits >> 32)));
         }
-        Ok(outputs)
     }
 
-    fn read(&mut self) -> Inputs<f32, SENSORS> {
+    fn read(&mut self, world: &World) -> Inputs<f32, SENSORS> {
         let due = self.controller.schedule().at(self.tick);
         let draw = |stream: &mut Stream| narrow(stream.symmetric());
         Inputs {
             encoders: self.robot.encoders(),
             pose_fix: (due.avoidance || due.step).then(|| self.pose_fix()),
-            scan: due.avoidance.then(|| self.ring.scan(self.world, self.robot.pose(), self.time_s())),
+            scan: due.avoidance.then(|| self.ring.scan(world, self.robot.pose(), self.time_s())),
             exploration: if due.step {
                 [draw(&mut self.exploration), draw(&mut self.exploration)]
             } else {
@@ -190,7 +207,7 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
         }
     }
 
-    fn move_robot(&mut self, outputs: &Outputs<f32>) {
+    fn move_robot(&mut self, world: &World, outputs: &Outputs<f32>) {
         let before = self.robot.pose().position;
         let way = self.robot.tick(outputs.drive);
         let length = self.robot.way_m();
@@ -198,16 +215,16 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
         let radius = self.robot.model().body_radius_m;
         let moved = length + self.mover_way_m;
         let wished = before + way;
-        if self.contact.is_clear(self.world, wished, radius, moved, t_s) {
+        if self.contact.is_clear(world, wished, radius, moved, t_s) {
             self.way_m += length;
             self.robot.place(wished);
             return;
         }
         // Blocked: what remains of the way is its part along the surface, if that is free.
-        let normal = self.world.nearest_surface_normal(wished, t_s).unwrap_or_default();
+        let normal = world.nearest_surface_normal(wished, t_s).unwrap_or_default();
         let into = way.dot(&normal).min(0.0);
         let slid = before + (way - normal * into);
-        let clear = |position| self.world.clearance(position, t_s) >= radius;
+        let clear = |position| world.clearance(position, t_s) >= radius;
         if into >= 0.0 || clear(slid) {
             self.way_m += (slid - before).norm();
             self.robot.place(slid);
@@ -237,6 +254,12 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
     #[must_use]
     pub fn pose(&self) -> TruePose {
         self.robot.pose()
+    }
+
+    /// The robot's body as others see it.
+    #[must_use]
+    pub fn body(&self) -> Disc {
+        Disc { centre: self.robot.pose().position, radius_m: self.robot.model().body_radius_m }
     }
 
     /// Way driven so far in m.

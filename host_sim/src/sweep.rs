@@ -160,11 +160,21 @@ pub fn run_all<S: Scalar, O: Output<S>>(
     plan: &SweepPlan,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<MissionResult>, SweepError> {
+    for_all(maps, plan, progress, |map, options| run_one(scenario, base, contender, map, options))
+}
+
+/// Does something with the map and the options of each run, in parallel; the outcomes come in the order of the runs.
+pub(crate) fn for_all<S: Scalar, O: Output<S>, T: Send>(
+    maps: &Maps<S, O>,
+    plan: &SweepPlan,
+    progress: &(dyn Fn() + Sync),
+    run_one: impl Fn(&HostMap<S, O>, MissionOptions) -> Result<T, SweepError> + Sync,
+) -> Result<Vec<T>, SweepError> {
     let runs: Vec<(usize, u64)> = plan.seeds.clone().enumerate().collect();
     let run = |(run, seed)| {
         let sample_ms = if run < plan.logged { LOG_PERIOD_MS } else { 0 };
         let options = MissionOptions { seed, sample_ms };
-        let result = maps.with(run, |map| run_one(scenario, base, contender, map, options));
+        let result = maps.with(run, |map| run_one(map, options));
         progress();
         result
     };

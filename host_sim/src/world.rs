@@ -1,12 +1,12 @@
 //! The world the robot drives in: solid shapes that stay, shapes that come and go, and robots that circle.
 //!
-//! A [`World`] has no state: where things are is a function of the time asked for, so that a run can be repeated from
-//! any tick. Every answer is exact and no call allocates.
+//! Where things are is a function of the time asked for, so that a run can be repeated from any tick; only the bodies
+//! of other driven robots are placed from outside. Every answer is exact and no call allocates.
 
 use nalgebra::{Point2, Vector2};
 
 use crate::beam::Beam;
-use crate::geometry::Nearest;
+use crate::geometry::{Disc, Nearest};
 use crate::mover::Mover;
 use crate::solids::Solids;
 
@@ -51,6 +51,9 @@ pub struct World {
     pub timed: Vec<Timed>,
     /// Robots that circle.
     pub movers: Vec<Mover>,
+    /// Bodies of other robots that are driven, where they are now: the one thing that is no function of time, placed
+    /// anew by whoever moves them. Empty wherever a robot is alone.
+    pub bodies: Vec<Disc>,
 }
 
 impl World {
@@ -81,13 +84,14 @@ impl World {
     pub fn movers_clearance(&self, centre: Point2<f64>, t_s: f64) -> f64 {
         let timed = self.timed_at(t_s).map(|solids| solids.clearance(centre));
         let movers = self.movers.iter().map(|mover| mover.at(t_s).clearance(centre));
-        timed.chain(movers).fold(f64::INFINITY, f64::min)
+        let bodies = self.bodies.iter().map(|body| body.clearance(centre));
+        timed.chain(movers).chain(bodies).fold(f64::INFINITY, f64::min)
     }
 
     /// Whether nothing in the world depends on time, so that [`World::movers_clearance`] is always infinite.
     #[must_use]
     pub const fn is_static(&self) -> bool {
-        self.timed.is_empty() && self.movers.is_empty()
+        self.timed.is_empty() && self.movers.is_empty() && self.bodies.is_empty()
     }
 
     /// Speed of the fastest mover in m/s, zero without movers.
@@ -109,7 +113,13 @@ impl World {
         let timed = self.timed_at(t_s).filter_map(|solids| solids.nearest(centre));
         let movers = self.movers.iter().map(|mover| mover.at(t_s).nearest(centre));
         let permanent = self.permanent.nearest(centre);
-        permanent.into_iter().chain(timed).chain(movers).reduce(|best, next| best.nearer(Some(next)))
+        let bodies = self.bodies.iter().map(|body| body.nearest(centre));
+        permanent
+            .into_iter()
+            .chain(timed)
+            .chain(movers)
+            .chain(bodies)
+            .reduce(|best, next| best.nearer(Some(next)))
     }
 
     /// Unit vector away from the nearest surface at time `t_s`; `None` in an empty world.
@@ -147,6 +157,9 @@ impl World {
         }
         for mover in &self.movers {
             crate::solids::scan_disc(&mover.at(t_s), apex, beams, range_max_m, &mut ranges);
+        }
+        for body in &self.bodies {
+            crate::solids::scan_disc(body, apex, beams, range_max_m, &mut ranges);
         }
         ranges.map(|range| (range <= range_max_m).then_some(range))
     }

@@ -170,7 +170,7 @@ fn json_is_one_document_for_every_command_that_offers_it() {
     assert_eq!(sweep["controllers"][1]["runs"].as_array().unwrap().len(), 2);
     assert_eq!(files_in(&folder.path().join("o")).len(), 4);
     let scenarios = json(folder.path(), &["scenarios", "--json"]);
-    assert_eq!(scenarios.as_array().unwrap().len(), 7);
+    assert_eq!(scenarios.as_array().unwrap().len(), 9);
     let plan = json(folder.path(), &["plan", "p2_fig6", "--json", "--out", "plan.svg"]);
     assert_eq!((plan["checkpoints"].as_array().unwrap().len(), &plan["file"]), (3, &"plan.svg".into()));
     let parameters = json(folder.path(), &["config", "--list", "--json"]);
@@ -589,4 +589,55 @@ fn a_board_that_is_not_there_or_cannot_do_it_is_said_so() {
     assert_refused(folder.path(), &with_link(&["train", "--trials", "2"]), &["--trials", "one map"]);
     assert_refused(folder.path(), &["run", "p2_fig6", "--verify"], &["--link"]);
     assert_refused(folder.path(), &["run", "p2_fig6", "--real-time"], &["--link"]);
+}
+
+#[test]
+fn explain_says_why_in_text_json_and_picture() {
+    let folder = TempDir::new().unwrap();
+    let base = ["explain", "p2_fig4", "--steps", "300"];
+    let text = ok(folder.path(), &[&base[..], &["--at", "2.0", "--out", "why.svg"]].concat());
+    for words in ["decided at 1.920 s, 80 ms before", "winner", "target field", "open, armed", "why "] {
+        assert!(text.contains(words), "`{words}` is missing in {text}");
+    }
+    let picture = std::fs::read_to_string(folder.path().join("why.svg")).unwrap();
+    assert!(picture.contains("Decision at 1.920 s") && !picture.contains("NaN"), "{picture}");
+    let document = json(folder.path(), &[&base[..], &["--tick", "2000", "--json"]].concat());
+    let decision = &document["explanation"]["decision"];
+    assert_eq!(decision["tick"], 1920);
+    let best = decision["neurons"].as_array().unwrap().iter().map(|neuron| neuron["total"].as_f64().unwrap());
+    assert_eq!(decision["winner"]["total"].as_f64(), best.reduce(f64::max));
+    let fused = [&base[..], &["--at", "2", "--controller", "fusion"]].concat();
+    assert!(ok(folder.path(), &fused).contains("target's share 0.42"));
+    assert_refused(folder.path(), &base, &["--at", "--tick"]);
+    assert_refused(folder.path(), &[&base[..], &["--at", "-3"]].concat(), &["-3"]);
+    let late = [&base[..], &["--at", "100000"]].concat();
+    assert_refused(folder.path(), &late, &["100000000", "earlier"]);
+}
+
+#[test]
+fn robots_are_evaluated_with_and_without_separation_and_alike_on_any_number_of_threads() {
+    let folder = TempDir::new().unwrap();
+    let base = ["evaluate", "robots", "robots_corridor", "--steps", "300", "--runs", "2", "--json"];
+    let document = |threads| json(folder.path(), &[&base[..], &["--threads", threads]].concat());
+    let scenes = document("1")["scenes"].clone();
+    assert_eq!(scenes, document("2")["scenes"]);
+    let rows = scenes.as_array().unwrap();
+    let separated: Vec<_> = rows.iter().map(|row| row["separation"].as_bool().unwrap()).collect();
+    assert_eq!(separated, [true, false]);
+    assert_ne!(rows[0]["hash"], rows[1]["hash"], "separation changes what the robots do");
+    assert_eq!(rows[0]["runs"][1].as_array().unwrap().len(), 2, "two robots");
+
+    ok(
+        folder.path(),
+        &["evaluate", "robots", "robots_corridor", "--steps", "300", "--runs", "1", "--out", "fig"],
+    );
+    let picture = std::fs::read_to_string(folder.path().join("fig/robots_corridor.svg")).unwrap();
+    assert!(picture.contains("robot 2"), "{picture}");
+
+    assert_refused(folder.path(), &["evaluate", "robots", "p2_fig4"], &["p2_fig4", "[[robots]]", "run"]);
+    assert_refused(
+        folder.path(),
+        &["run", "robots_corridor"],
+        &["one robot", "evaluate robots robots_corridor"],
+    );
 }

@@ -9,7 +9,7 @@
 //!   of their way, until the best of those judged beats all others unjudged. The result is that of judging all
 //!   225; usually fewer than ten are.
 
-use crate::kohonen::features::{Command, Scaling};
+use crate::kohonen::features::{Command, Features, Scaling};
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::{Eligible, Map};
 use crate::kohonen::output::Output;
@@ -61,6 +61,34 @@ struct Ranking<'a, S: Scalar, O, const COLUMNS: usize, const ROWS: usize> {
 /// Below any activity: inhibition saturates at −8 in 16 bits. What is untrained or taken out counts as this.
 const OUT: i32 = -8;
 
+/// `e_i = a_i − Σ_j b_ij` of a neuron with weight `place` (P2 Eq. 8), as it is ranked: with the bits of a weight.
+#[inline]
+#[must_use]
+pub fn activity<S: Scalar>(
+    parameters: &TargetFieldParameters<S>,
+    target: &TargetField<S>,
+    place: Features<S>,
+    inhibition: S,
+) -> S {
+    let e = target.activity(parameters, place) - inhibition;
+    S::from_weight(e.max(S::from_i32(OUT)).to_weight())
+}
+
+/// The command of a neuron if it wins, and whether that is `M_s u_p`: fine control of the target itself (P2 Eq. 10).
+#[inline]
+#[must_use]
+pub fn command<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
+    map: &Map<S, O, COLUMNS, ROWS>,
+    reaching: &ReachingParameters<S>,
+    target: &TargetField<S>,
+    index: NeuronIndex,
+) -> (Command<S>, bool) {
+    let is_target = index == target.winner;
+    let command =
+        if is_target { command_of(map, reaching.beyond, index, target.aim) } else { map.own_command(index) };
+    (command, is_target)
+}
+
 impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Ranking<'a, S, O, COLUMNS, ROWS> {
     fn new(
         map: &'a Map<S, O, COLUMNS, ROWS>,
@@ -84,9 +112,7 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Ranki
         if let Some(inhibitions) = self.obstacles.column(column) {
             for (row, place) in self.map.rows(column, self.eligible) {
                 let Some(&inhibition) = inhibitions.get(row) else { break };
-                let e = self.target.activity(self.parameters, place) - S::from_weight(inhibition);
-                // As it is stored, with fewer bits.
-                let e = S::from_weight(e.max(out).to_weight());
+                let e = activity(self.parameters, self.target, place, S::from_weight(inhibition));
                 let is_behind = taken.is_none_or(|(of_row, of)| e < of || (e <= of && row > of_row));
                 if is_behind && e > first {
                     (first, first_row) = (e, row);
@@ -139,12 +165,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
         let inhibition = sweep(scaling.place(map.place(index)));
         let activity = e - inhibition;
         if best.is_none_or(|decision| activity > decision.activity) {
-            let is_target = index == target.winner;
-            let command = if is_target {
-                command_of(map, reaching.beyond, index, target.aim)
-            } else {
-                map.own_command(index)
-            };
+            let (command, is_target) = command(map, reaching, target, index);
             best = Some(Decision { command, winner: index, activity, is_target, judged: count });
         }
         if inhibition <= S::ZERO {

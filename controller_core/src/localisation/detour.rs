@@ -107,6 +107,12 @@ impl<S: Scalar> Detour<S> {
         self.following.map(|following| following.side)
     }
 
+    /// The wall being followed: +1 where it is kept on the right, −1 on the left, and where it was when last seen.
+    #[must_use]
+    pub fn following(&self) -> Option<(S, Polar<S>)> {
+        self.following.map(|following| (following.side, following.wall))
+    }
+
     /// Starts afresh, as for a new target.
     pub fn reset(&mut self) {
         *self = Self::default();

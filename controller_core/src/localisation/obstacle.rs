@@ -13,7 +13,7 @@ use heapless::Vec;
 
 use crate::kohonen::features::{Chart, Features, Scaling};
 use crate::kohonen::lattice::NeuronIndex;
-use crate::kohonen::map::{Map, WinnerParameters};
+use crate::kohonen::map::{Eligible, Map, Spans, WinnerParameters};
 use crate::kohonen::output::Output;
 use crate::list::first;
 use crate::scalar::Scalar;
@@ -67,6 +67,25 @@ pub fn activity<S: Scalar>(p: &ObstacleFieldParameters<S>, centre: Features<S>, 
     if exponent <= S::from_i32(NEGLIGIBLE_EXPONENT) { exponent.exp_neg_within_16() } else { S::ZERO }
 }
 
+/// Where the field of an obstacle sensed at a place is centred; `spans` are the map's as it is.
+#[inline]
+#[must_use]
+pub fn centre<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
+    map: &Map<S, O, COLUMNS, ROWS>,
+    spans: &Spans<S, COLUMNS>,
+    p: &ObstacleFieldParameters<S>,
+    winner: &WinnerParameters<S>,
+    sensed: Features<S>,
+) -> Features<S> {
+    match p.centre {
+        FieldCentre::Sensed => sensed,
+        // The map knows places only in its own chart; the field is of the full circle.
+        FieldCentre::Neuron => map
+            .winner_among(spans, winner, p.chart.coordinates(sensed))
+            .map_or(sensed, |index| map.place(index).unfolded()),
+    }
+}
+
 /// `Σ_j b_ij` for every neuron i of the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObstacleField<S: Scalar, const COLUMNS: usize, const ROWS: usize> {
@@ -93,16 +112,7 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
         detections: &Vec<Polar<S>, SENSORS>,
     ) {
         let spans = map.spans(winner.eligible);
-        let centre = |obstacle: &Polar<S>| {
-            let sensed = scaling.features(*obstacle);
-            match p.centre {
-                FieldCentre::Sensed => sensed,
-                // The map knows places only in its own chart; the field is of the full circle.
-                FieldCentre::Neuron => map
-                    .winner_among(&spans, winner, p.chart.coordinates(sensed))
-                    .map_or(sensed, |index| map.place(index).unfolded()),
-            }
-        };
+        let centre = |obstacle: &Polar<S>| centre(map, &spans, p, winner, scaling.features(*obstacle));
         let centres: Vec<Features<S>, SENSORS> = first(detections.iter().map(centre));
         // By value, so that they stay in registers.
         let p = &ObstacleFieldParameters { ..*p };
@@ -130,6 +140,22 @@ impl<S: Scalar, const COLUMNS: usize, const ROWS: usize> ObstacleField<S, COLUMN
                     if let Some(stored) = sums.get_mut(row) {
                         *stored = sum.to_weight();
                     }
+                }
+            }
+        }
+    }
+
+    /// Adds to the inhibition of every eligible neuron what `field` says of its unfolded place.
+    pub fn add<O: Output<S>>(
+        &mut self,
+        map: &Map<S, O, COLUMNS, ROWS>,
+        eligible: Eligible,
+        field: impl Fn(Features<S>) -> S,
+    ) {
+        for (column, sums) in self.sum.iter_mut().enumerate() {
+            for (row, place) in map.rows(column, eligible) {
+                if let Some(stored) = sums.get_mut(row) {
+                    *stored = (S::from_weight(*stored) + field(place.unfolded())).to_weight();
                 }
             }
         }

@@ -7,7 +7,9 @@ use host_sim::contender::Contender;
 use host_sim::link::address::{Address, FORMS};
 use protocol::message::ScalarKind;
 
+use super::evaluate::robots::EvaluateRobotsArgs;
 use super::evaluate::scenes::SceneArgs;
+use super::explain::ExplainArgs;
 use super::search::SearchArgs;
 
 /// Training steps after which the map is as good as it gets; P1 trains longer by chance encounters.
@@ -20,6 +22,7 @@ Examples (with cargo: `cargo run --release -- run p2_fig6`):
   host_sim run p1_fig8 --runs 100               both controllers, 100 seeds, success rates
   host_sim run p2_fig6 --scalar fixed --json    fixed point instead of f32, result as JSON
   host_sim train --trials 5                     how precise is what was learned?
+  host_sim explain p2_fig6 --at 12.5            why this command, then? In numbers, or as a picture
   host_sim map show out/map.ekm --out map.svg   what was learned, as numbers and as a picture
   host_sim evaluate positioning --out fig       and how does it become so? P1's figures
   host_sim scenarios p2_fig6 --print > my.toml  copy a scenario, edit it, then: run my.toml
@@ -52,6 +55,8 @@ pub enum Command {
     Map(MapArgs),
     /// Repeat an experiment of the papers with its figures
     Evaluate(EvaluateArgs),
+    /// Say why a robot did what it did at a moment of a run
+    Explain(ExplainArgs),
     /// List the built-in scenarios, or show one
     Scenarios(ScenariosArgs),
     /// Show the planner's checkpoints for a scenario
@@ -89,6 +94,17 @@ impl LearningArgs {
     pub fn scalar(&self) -> ScalarArg {
         self.scalar.unwrap_or(ScalarArg::F32)
     }
+}
+
+/// A map that is there already.
+#[derive(Debug, Args)]
+pub struct SavedMapArgs {
+    /// Use a saved map instead of learning one
+    #[arg(long, value_name = "FILE.ekm", conflicts_with = "steps")]
+    pub map: Option<PathBuf>,
+    /// With --map: take a map that was learned on a robot of another wheel base, top speed or reach
+    #[arg(long, requires = "map")]
+    pub map_of_another_robot: bool,
 }
 
 /// How a board is reached.
@@ -156,14 +172,10 @@ pub struct RunArgs {
     /// How many runs, with consecutive seeds
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub runs: u32,
-    /// Use a saved map instead of learning one
-    #[arg(long, value_name = "FILE.ekm", conflicts_with_all = ["steps", "fresh_maps"])]
-    pub map: Option<PathBuf>,
-    /// With --map: take a map that was learned on a robot of another wheel base, top speed or reach
-    #[arg(long, requires = "map")]
-    pub map_of_another_robot: bool,
+    #[command(flatten)]
+    pub saved: SavedMapArgs,
     /// Learn a map for each run with the run's seed, instead of one for all with the first
-    #[arg(long)]
+    #[arg(long, conflicts_with = "map")]
     pub fresh_maps: bool,
     /// Exit with 1 unless at least so many percent of the runs of each controller succeed
     #[arg(long, value_name = "PERCENT", value_parser = clap::value_parser!(u8).range(0..=100))]
@@ -302,6 +314,8 @@ pub enum Evaluation {
     Doors(SceneArgs),
     /// Discs that circle across the way, without a planner: how often is who touched?
     Traffic(SceneArgs),
+    /// Several robots in one world: do they get to their goals without touching each other?
+    Robots(EvaluateRobotsArgs),
 }
 
 /// What every experiment of `evaluate` needs to know.

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use controller_core::config::ConfigError;
 use host_sim::config_file::ConfigFileError;
+use host_sim::explanation::ExplainError;
 use host_sim::link::LinkError;
 use host_sim::link::verify::VerifyError;
 use host_sim::mission::MissionError;
@@ -81,6 +82,15 @@ impl From<SweepError> for CliError {
             SweepError::Config(error) => error.into(),
             SweepError::Peers(error) => Self::Request(format!("{error}; correct it in the file of --config")),
             SweepError::Mission(error) => error.into(),
+        }
+    }
+}
+
+impl From<ExplainError> for CliError {
+    fn from(error: ExplainError) -> Self {
+        match error {
+            ExplainError::Run(error) => error.into(),
+            error @ ExplainError::Over { .. } => Self::Request(error.to_string()),
         }
     }
 }

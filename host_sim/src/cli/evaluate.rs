@@ -4,6 +4,7 @@ mod ablation;
 mod calibration;
 mod figures;
 mod report;
+pub mod robots;
 pub mod scenes;
 mod trials;
 
@@ -42,6 +43,7 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<Outcome, CliError> {
         Evaluation::Traps(args) => scenes::evaluate(What::Traps, args),
         Evaluation::Doors(args) => scenes::evaluate(What::Doors, args),
         Evaluation::Traffic(args) => scenes::evaluate(What::Traffic, args),
+        Evaluation::Robots(args) => robots::robots(args),
     }
 }
 

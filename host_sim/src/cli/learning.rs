@@ -15,7 +15,7 @@ use host_sim::sweep::{self, Learned};
 use host_sim::training::TrainingPlan;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::args::{LearningArgs, RunArgs};
+use super::args::{LearningArgs, SavedMapArgs};
 use super::error::CliError;
 use super::output::complain;
 use super::progress::Progress;
@@ -38,6 +38,13 @@ pub fn settings_of(config: Option<&Path>) -> Result<Settings, CliError> {
 /// A scenario that can be run: where it is to be planned, there is a plan, so that nobody waits for nothing.
 pub fn load_scenario(name_or_path: &str) -> Result<Scenario, CliError> {
     let scenario = Scenario::load(name_or_path)?;
+    if scenario.robot_count() > 1 {
+        let message = format!(
+            "{name_or_path}: [[robots]]: this command drives one robot; use `evaluate robots {name_or_path}`, or take \
+             the table out"
+        );
+        return Err(CliError::Request(message));
+    }
     if matches!(scenario.route, Route::Planned { .. }) {
         route_planner::plan(&scenario, scenario.start.position, 0.0)?;
     }
@@ -70,7 +77,10 @@ pub fn learn_each<S: Scalar, O: Output<S>>(
 }
 
 /// The map that was asked for with `--map`, and where it comes from.
-pub fn load_map<S: StoredScalar>(args: &RunArgs, config: &Config) -> Result<Option<StoredMap<S>>, CliError> {
+pub fn load_map<S: StoredScalar>(
+    args: &SavedMapArgs,
+    config: &Config,
+) -> Result<Option<StoredMap<S>>, CliError> {
     let Some(path) = &args.map else { return Ok(None) };
     let file = path.display();
     let bytes = read_map_file(path)?;

@@ -93,13 +93,13 @@ pub fn run_once<S: StoredScalar>(
     let settings = settings(&args.learning)?;
     let config = &settings.core;
     let scenario = load_scenario(&args.scenario)?;
-    let loaded = load_map::<S>(args, config)?;
+    let loaded = load_map::<S>(&args.saved, config)?;
     let controller = args.controller.unwrap_or_else(|| Contender::of(&scenario));
     let [svg, csv] = file_names(&scenario);
     let folder = args.out.as_deref().map(|path| OutputFolder::open(path, &[&svg, &csv])).transpose()?;
 
     let plan = training_plan(&args.learning);
-    let (map, steps, training, source) = if let (Some(stored), Some(path)) = (loaded, &args.map) {
+    let (map, steps, training, source) = if let (Some(stored), Some(path)) = (loaded, &args.saved.map) {
         let file = path.display().to_string();
         (stored.map, stored.provenance.steps, json!({ "map": file }), ("map", file))
     } else if controller.is_peer() {

@@ -17,13 +17,13 @@ pub fn scenarios(args: &ScenariosArgs) -> Result<Outcome, CliError> {
             if args.json { print_json(&document(&scenario))? } else { print(&text(&scenario))? }
         }
         None => {
-            let all: Vec<Scenario> =
-                Scenario::builtin_names().map(Scenario::builtin).collect::<Result<_, _>>()?;
+            let names = Scenario::builtin_names().chain(Scenario::fleet_names());
+            let all: Vec<Scenario> = names.map(Scenario::builtin).collect::<Result<_, _>>()?;
             if args.json {
                 print_json(&all.iter().map(document).collect())?;
             } else {
                 let line = |scenario: &Scenario| {
-                    format!("{:<8}   {:<10}   {}\n", scenario.name, scenario.source, scenario.title)
+                    format!("{:<15}   {:<14}   {}\n", scenario.name, scenario.source, scenario.title)
                 };
                 print(&all.iter().map(line).collect::<String>())?;
             }
@@ -47,6 +47,7 @@ fn text(scenario: &Scenario) -> String {
         ("scenario", scenario.name.clone()),
         ("title", scenario.title.clone()),
         ("source", scenario.source.clone()),
+        ("robots", scenario.robot_count().to_string()),
         ("route", route(scenario)),
         ("world", format!("{known} known and {unforeseen} unforeseen solids, {movers} moving")),
         ("controller", Contender::of(scenario).name().to_owned()),
@@ -60,6 +61,7 @@ fn document(scenario: &Scenario) -> Value {
         "name": scenario.name,
         "title": scenario.title,
         "source": scenario.source,
+        "robots": scenario.robot_count(),
         "planned": matches!(scenario.route, Route::Planned { .. }),
         "controller": Contender::of(scenario).name(),
         "time_limit_s": scenario.time_limit_s,

@@ -112,7 +112,7 @@ impl SingleRun<'_> {
 }
 
 /// Why the safety gate stopped the wheels.
-fn stop_text(cause: StopCause) -> &'static str {
+pub fn stop_text(cause: StopCause) -> &'static str {
     match cause {
         StopCause::EmergencyStop => "emergency stop",
         StopCause::NotArmed => "motors not armed",

@@ -36,7 +36,7 @@ pub fn sweep_run<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
     let scenario = load_scenario(&args.scenario)?;
     let seeds = seeds(args.learning.seed, args.runs)?;
     let threads = threads(args.threads)?;
-    let loaded = load_map::<S>(args, config)?;
+    let loaded = load_map::<S>(&args.saved, config)?;
     let [svg, csv] = file_names(&scenario);
     let folder = args.out.as_deref().map(|path| OutputFolder::open(path, &[&svg, &csv])).transpose()?;
 
@@ -139,7 +139,7 @@ fn runs_csv(columns: &[Column]) -> String {
 fn text(args: &RunArgs, scenario: &Scenario, scalar: &str, columns: &[Column], files: &[String]) -> String {
     let first = args.learning.seed;
     let last = first + u64::from(args.runs) - 1;
-    let map = match (&args.map, args.fresh_maps) {
+    let map = match (&args.saved.map, args.fresh_maps) {
         (Some(path), _) => path.display().to_string(),
         _ if is_peer(args) => String::from(NO_MAP),
         (None, true) => format!("one for each run, {} steps", args.learning.steps),
@@ -217,8 +217,8 @@ fn document(
         "seed": args.learning.seed,
         "runs": args.runs,
         "training": {
-            "steps": (args.map.is_none() && !is_peer(args)).then_some(args.learning.steps),
-            "map": args.map.as_ref().map(|path| path.display().to_string()),
+            "steps": (args.saved.map.is_none() && !is_peer(args)).then_some(args.learning.steps),
+            "map": args.saved.map.as_ref().map(|path| path.display().to_string()),
             "fresh_maps": args.fresh_maps,
         },
         "controllers": columns.iter().map(controller).collect::<Vec<_>>(),

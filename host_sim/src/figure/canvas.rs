@@ -34,8 +34,12 @@ impl Canvas {
         for solid in &scenario.solids {
             solid.shape.add_to(&mut solids);
         }
-        let places =
-            scenario.route.checkpoints().iter().map(|place| Bounds::of_point(*place).grown(SURROUND_M));
+        let of_companions = scenario
+            .companions
+            .iter()
+            .flat_map(|companion| companion.checkpoints.iter().copied().chain([companion.start.position]));
+        let places = scenario.route.checkpoints().iter().copied().chain(of_companions);
+        let places = places.map(|place| Bounds::of_point(place).grown(SURROUND_M));
         let start = Bounds::of_point(scenario.start.position).grown(SURROUND_M);
         let movers = scenario.world.movers.iter();
         let circles =

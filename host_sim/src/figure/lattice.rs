@@ -44,7 +44,7 @@ pub fn draw_map(map: &MapRecords) -> String {
 }
 
 /// From the robot's frame to the canvas's, whose y runs upwards.
-fn upright(place: Point2<f64>) -> Point2<f64> {
+pub(super) fn upright(place: Point2<f64>) -> Point2<f64> {
     Point2::new(-place.y, place.x)
 }
 

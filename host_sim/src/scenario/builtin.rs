@@ -1,4 +1,4 @@
-//! The scenarios that are part of the program: one for every experiment figure of the papers.
+//! The scenarios that are part of the program: one for every experiment figure of the papers, and some of several robots.
 
 use super::error::{ScenarioError, most_similar};
 
@@ -13,8 +13,15 @@ pub(super) const ALL: [(&str, &str); 7] = [
     ("p2_fig7", include_str!("../../scenarios/p2_fig7.toml")),
 ];
 
+/// Those of several robots.
+pub(super) const FLEETS: [(&str, &str); 2] = [
+    ("robots_crossing", include_str!("../../scenarios/robots_crossing.toml")),
+    ("robots_corridor", include_str!("../../scenarios/robots_corridor.toml")),
+];
+
 pub(super) fn not_found(name: &str) -> ScenarioError {
-    let names = ALL.map(|(builtin, _)| builtin);
-    let hint = most_similar(name, names).map_or_else(String::new, |like| format!("; did you mean `{like}`?"));
+    let names: Vec<&str> = ALL.iter().chain(&FLEETS).map(|(builtin, _)| *builtin).collect();
+    let hint = most_similar(name, names.iter().copied())
+        .map_or_else(String::new, |like| format!("; did you mean `{like}`?"));
     ScenarioError::NotFound { name: name.to_owned(), hint, known: names.join(", ") }
 }

@@ -5,12 +5,12 @@ mod values;
 
 use super::error::ScenarioError;
 use super::raw::{
-    RawController, RawDirection, RawMover, RawNoise, RawPoint, RawReplacement, RawRobot, RawScenario,
-    RawSolid,
+    RawCompanion, RawController, RawDirection, RawJitter, RawMover, RawNoise, RawPoint, RawReplacement,
+    RawScenario, RawSolid,
 };
 use super::{
-    AVOIDANCE_PERIOD_MS, ControllerKind, NoiseLevels, Replacement, Route, Scenario, Shape, Solid, Start,
-    Trigger,
+    AVOIDANCE_PERIOD_MS, Companion, ControllerKind, NoiseLevels, Replacement, Route, Scenario, Shape, Solid,
+    Start, Trigger,
 };
 use crate::geometry::{Disc, Polygon};
 use crate::mover::{Direction, Mover};
@@ -43,7 +43,8 @@ pub(super) fn scenario(file: &str, raw: &RawScenario) -> Checked<Scenario> {
         name: check.name("name", &raw.name)?,
         title: check.filled("title", &raw.title)?,
         source: check.filled("source", &raw.source)?,
-        start: check.start(&raw.robot)?,
+        start: check.start("robot", raw.robot.start, raw.robot.heading_deg, raw.robot.jitter)?,
+        companions: check.all("robots", &raw.robots, |check, key, robot| check.companion(key, robot))?,
         replacements: check.replacements(&raw.replace, &route, time_limit_s)?,
         route,
         tolerance_m: check.positive("tolerance_m", raw.tolerance_m.unwrap_or(TOLERANCE_M))?,
@@ -57,9 +58,10 @@ pub(super) fn scenario(file: &str, raw: &RawScenario) -> Checked<Scenario> {
         world: world(&solids, movers),
         solids,
     };
-    check.start_is_free(&checked)?;
+    check.start_is_free("robot", &checked)?;
     check.movers_are_free(&checked)?;
-    check.checkpoints_are_free(&checked)?;
+    check.checkpoints_are_free("", &checked)?;
+    check.robots_have_room(&checked)?;
     Ok(checked)
 }
 
@@ -79,15 +81,32 @@ fn world(solids: &[Solid], movers: Vec<Mover>) -> World {
 
 /// Tables of the file.
 impl Check<'_> {
-    fn start(&self, raw: &RawRobot) -> Checked<Start> {
-        let heading_deg = self.finite("robot.heading_deg", raw.heading_deg)?;
-        let jitter_deg = self.not_negative("robot.jitter.heading_deg", raw.jitter.heading_deg)?;
+    fn start(&self, key: &str, start: RawPoint, heading_deg: f64, jitter: RawJitter) -> Checked<Start> {
+        let key = |name: &str| format!("{key}.{name}");
+        let heading_deg = self.finite(&key("heading_deg"), heading_deg)?;
+        let jitter_deg = self.not_negative(&key("jitter.heading_deg"), jitter.heading_deg)?;
         Ok(Start {
-            position: self.point("robot.start", raw.start)?,
+            position: self.point(&key("start"), start)?,
             heading_rad: heading_deg.to_radians(),
-            jitter_position_m: self.not_negative("robot.jitter.position_m", raw.jitter.position_m)?,
+            jitter_position_m: self.not_negative(&key("jitter.position_m"), jitter.position_m)?,
             jitter_heading_rad: jitter_deg.to_radians(),
         })
+    }
+
+    fn companion(&self, key: &str, raw: &RawCompanion) -> Checked<Companion> {
+        let start = self.start(key, raw.start, raw.heading_deg, raw.jitter)?;
+        let goal = raw.goal.map(|goal| self.point(&format!("{key}.goal"), goal)).transpose()?;
+        let list_key = format!("{key}.checkpoints");
+        let checkpoints = raw.checkpoints.as_deref().map(|list| self.points(&list_key, list)).transpose()?;
+        let checkpoints = match (goal, checkpoints) {
+            (Some(goal), None) => vec![goal],
+            (None, Some(checkpoints)) if !checkpoints.is_empty() => checkpoints,
+            _ => {
+                let fix = "give it `goal = [x, y]`, or `checkpoints = [[x, y], ...]` whose last is the goal";
+                return Err(self.wrong(key, "these keys", "must say in one way where the robot goes", fix));
+            }
+        };
+        Ok(Companion { start, checkpoints })
     }
 
     fn noise(&self, raw: &RawNoise) -> Checked<NoiseLevels> {

@@ -22,6 +22,8 @@ pub(super) struct RawScenario {
     pub tolerance_m: Option<f64>,
     pub robot: RawRobot,
     #[serde(default)]
+    pub robots: Vec<RawCompanion>,
+    #[serde(default)]
     pub control: RawControl,
     #[serde(default)]
     pub noise: RawNoise,
@@ -45,7 +47,20 @@ pub(super) struct RawRobot {
     pub jitter: RawJitter,
 }
 
-#[derive(Debug, Deserialize, Default)]
+/// A robot beside that of `robot`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawCompanion {
+    pub start: RawPoint,
+    #[serde(default)]
+    pub heading_deg: f64,
+    #[serde(default)]
+    pub jitter: RawJitter,
+    pub goal: Option<RawPoint>,
+    pub checkpoints: Option<Vec<RawPoint>>,
+}
+
+#[derive(Debug, Deserialize, Default, Clone, Copy)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawJitter {
     #[serde(default)]

@@ -64,6 +64,7 @@ impl Draft {
             },
             route: Route::Checkpoints(vec![self.goal]),
             replacements: Vec::new(),
+            companions: Vec::new(),
             tolerance_m: TOLERANCE_M,
             time_limit_s: self.time_limit_s,
             controller: ControllerKind::Cooperative,

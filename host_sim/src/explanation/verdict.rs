@@ -1,0 +1,97 @@
+//! What decided, in words.
+
+use controller_core::kohonen::lattice::NeuronIndex;
+use controller_core::scalar::Scalar;
+use controller_core::units::Point;
+
+use super::{DecisionReport, Moment, NeuronActivity, Place};
+
+/// Says what decided: one sentence or two.
+#[must_use]
+pub(super) fn verdict<S: Scalar>(moment: &Moment<S>, report: &DecisionReport) -> Vec<String> {
+    if report.checkpoint.is_none() {
+        return vec![String::from("no checkpoint is ahead: the robot stands")];
+    }
+    if let Some(fusion) = report.fusion {
+        return vec![match fusion.avoidance {
+            None => {
+                String::from("no obstacle is near enough to be avoided: the command for the target stands")
+            }
+            Some(_) => format!(
+                "{:.0} % of the command for the target and {:.0} % of the command away from obstacles",
+                fusion.target_share * 100.0,
+                (1.0 - fusion.target_share) * 100.0
+            ),
+        }];
+    }
+    let Some(winner) = report.winner else {
+        return vec![String::from("no neuron is trained: the robot stands")];
+    };
+    let mut sentences = Vec::new();
+    let own = report.field.map(|field| field.winner);
+    let own = own.and_then(|own| report.neurons.iter().find(|neuron| neuron.neuron == own));
+    if let Some(own) = own.filter(|own| own.neuron != winner.neuron) {
+        sentences.push(format!("the target's own neuron {}", lost(moment, own)));
+    }
+    if let Some(second) = report.runner_up {
+        sentences.push(against(moment, &winner, &second));
+    }
+    sentences
+}
+
+/// A neuron as people name it.
+fn name(index: NeuronIndex) -> String {
+    format!("({}, {})", index.column, index.row)
+}
+
+/// A place as people say it.
+pub(super) fn at(place: Place) -> String {
+    let place = place.unfolded();
+    format!("at {:.1} cm, {:.0}°", place.distance_m * 100.0, place.bearing_rad.to_degrees())
+}
+
+/// The winner against the second.
+fn against(moment: &Moment<impl Scalar>, winner: &NeuronActivity, second: &NeuronActivity) -> String {
+    let (winners, by) = (name(winner.neuron), winner.total - second.total);
+    let nearer = winner.target - second.target;
+    let inhibited = (second.obstacles - winner.obstacles).max(second.way - winner.way);
+    if by <= 0.0 {
+        return format!(
+            "{winners} and {} are equal after all inhibition: the one with more activity before its way was checked, \
+             or the first on the lattice, wins",
+            name(second.neuron)
+        );
+    }
+    let reason = if nearer >= inhibited {
+        format!("{} has {nearer:.4} less of the target field", name(second.neuron))
+    } else {
+        lost(moment, second)
+    };
+    format!("{winners} wins by {by:.4}: the second, {reason}")
+}
+
+/// What took most of a neuron's activity.
+fn lost<S: Scalar>(moment: &Moment<S>, neuron: &NeuronActivity) -> String {
+    let place = moment.core.map().place(neuron.neuron);
+    let who = name(neuron.neuron);
+    let larger = |a: (Place, f32), b: (Place, f32)| if b.1 > a.1 { b } else { a };
+    if neuron.way > neuron.obstacles {
+        let to =
+            |&point: &Point<S>| (Place::of(point.to_polar()), moment.point_inhibition(point, place).to_f32());
+        let nearest = moment.ways.points().iter().map(to).reduce(larger);
+        let nearest = nearest.map_or_else(String::new, |(place, _)| format!(" {}", at(place)));
+        return format!(
+            "{who}, lost {:.4} because its way passes too near to the obstacle{nearest}",
+            neuron.way
+        );
+    }
+    let to = |(_, sensed)| (Place::of(sensed), moment.field_inhibition(sensed, place).to_f32());
+    match moment.sensed().map(to).reduce(larger).filter(|_| neuron.obstacles > 0.0) {
+        Some((place, share)) => format!(
+            "{who}, lost {:.4} to obstacle fields, {share:.4} of it to the obstacle {}",
+            neuron.obstacles,
+            at(place)
+        ),
+        None => format!("{who}, lost nothing to obstacles"),
+    }
+}
