@@ -24,6 +24,9 @@ pub mod scenario;
 
 pub mod raster;
 
+pub mod benchmark;
+pub mod import;
+
 pub mod figure;
 
 pub mod number;
