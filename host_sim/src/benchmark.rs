@@ -9,11 +9,13 @@
 //! took AT scores OT / clip(AT, 2 OT, 8 OT) if it reached the goal without contact, else nothing: at most 0.5.
 
 mod course;
+mod ground;
 mod pilot;
 mod run;
 mod tally;
 
 pub use course::{Course, MARGINS_M, PlannedRoute, PlannerMap};
+pub use ground::Ground;
 pub use pilot::{Following, Pilot};
 pub use run::{CourseRun, End, RunOptions, run};
 pub use tally::{GAP_CLASSES, Tally, gap_class};

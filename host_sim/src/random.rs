@@ -23,6 +23,8 @@ pub enum Purpose {
     TrainingTargets = 6,
     /// Targets in the positioning test.
     TestTargets = 7,
+    /// Starts and goals on maps of [`crate::benchmark`].
+    BenchmarkPlaces = 20,
 }
 
 /// A stream of random numbers.

@@ -135,6 +135,14 @@ impl Raster {
         inside && self.free[self.index(column, row)]
     }
 
+    /// The cell that a place is in; `None` outside of the grid.
+    #[must_use]
+    pub fn cell_at(&self, place: Point2<f64>) -> Option<(u16, u16)> {
+        let index = |axis: usize| whole(((place[axis] - self.origin[axis]) / self.cell_size_m).floor());
+        let (column, row) = (index(0)?, index(1)?);
+        (column < self.columns && row < self.rows).then_some((column, row))
+    }
+
     /// How many cells are free.
     #[must_use]
     pub fn free_cells(&self) -> usize {

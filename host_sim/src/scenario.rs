@@ -239,6 +239,8 @@ impl Scenario {
     pub fn of_known(name: &str, source: &str, shapes: Vec<Shape>, start: Start, goal: Point2<f64>) -> Self {
         let solid = |shape| Solid { shape, known: true, window: Window::ALWAYS };
         let solids: Vec<Solid> = shapes.into_iter().map(solid).collect();
+        let mut world = check::world(&solids, Vec::new());
+        world.permanent = world.permanent.indexed();
         Self {
             name: name.to_owned(),
             title: name.to_owned(),
@@ -251,7 +253,7 @@ impl Scenario {
             controller: ControllerKind::Cooperative,
             target_period_ms: 2 * AVOIDANCE_PERIOD_MS,
             noise: crate::simulation::PAPERS,
-            world: check::world(&solids, Vec::new()),
+            world,
             solids,
         }
     }

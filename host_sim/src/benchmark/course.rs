@@ -1,5 +1,7 @@
 //! A world to cross, with the planner's map of it and the route on it.
 
+use std::sync::Arc;
+
 use controller_core::planning::{Footprint, PlanError};
 use nalgebra::Point2;
 
@@ -33,8 +35,8 @@ pub const TIME_LIMIT: f64 = 17.5;
 /// What the planner knows: where a disc can be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannerMap {
-    /// The raster.
-    pub raster: Raster,
+    /// The raster, shared by all courses on it.
+    pub raster: Arc<Raster>,
 }
 
 /// A route, and how much room it leaves beside the body.
@@ -56,7 +58,8 @@ impl PlannerMap {
         let all = world.shapes.iter().filter_map(bounds_of).fold(ends, |all, next| all.union(&next));
         let all = all.grown(SURROUNDINGS_M);
         let side = (all.high - all.low).max();
-        Ok(Self { raster: Raster::within(all, world.shapes.iter(), CELL_M.max(side / CELLS_MAX))? })
+        let raster = Raster::within(all, world.shapes.iter(), CELL_M.max(side / CELLS_MAX))?;
+        Ok(Self { raster: Arc::new(raster) })
     }
 
     /// Free cells of the raster.

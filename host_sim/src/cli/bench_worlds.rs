@@ -3,6 +3,8 @@
 mod args;
 mod barn;
 mod drive;
+mod maps;
+mod plans;
 mod report;
 
 pub use args::BenchWorlds;
@@ -12,5 +14,7 @@ use super::error::{CliError, Outcome};
 pub fn bench(worlds: &BenchWorlds) -> Result<Outcome, CliError> {
     match worlds {
         BenchWorlds::Barn(args) => barn::barn(args),
+        BenchWorlds::MovingAi(args) => maps::moving_ai(args),
+        BenchWorlds::Map(args) => maps::ros_map(args),
     }
 }

@@ -12,6 +12,77 @@ use crate::cli::args::{ControllerArg, LearningArgs};
 pub enum BenchWorlds {
     /// Cross worlds of discs and walls: BARN and the like
     Barn(BarnArgs),
+    /// Plan the problems of a Moving AI map, and drive some of them
+    #[command(name = "movingai")]
+    MovingAi(MovingAiArgs),
+    /// Plan and drive on a ROS `map_server` map
+    Map(RosMapArgs),
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  host_sim bench movingai room.map room.map.scen
+  host_sim bench movingai room.map room.map.scen --problems 0 --json     only plan
+  host_sim bench movingai room.map room.map.scen --cell 0.2 --runs 3 --out out/room
+
+Lengths are compared with the file's `optimal_length` in cells: that of a point which moves from middle to middle of the
+eight neighbours. Ours is a disc's, and goes in any direction.")]
+pub struct MovingAiArgs {
+    /// The map
+    #[arg(value_name = "FILE.map")]
+    pub map: PathBuf,
+    /// Its problems
+    #[arg(value_name = "FILE.scen")]
+    pub problems_file: PathBuf,
+    /// Side of a cell in m; the body's diameter is 0.05
+    #[arg(long, value_name = "M", default_value_t = 0.1)]
+    pub cell: f64,
+    /// How many of the problems are driven, evenly taken from the file; all are planned
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    pub problems: u32,
+    #[command(flatten)]
+    pub goal: GoalArgs,
+    #[command(flatten)]
+    pub runs: WorldRunsArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  host_sim bench map house.yaml --scale 0.2381                    ten random pairs of places
+  host_sim bench map house.yaml --from=-1.2,0.3 --to=2,1.5        one of your own, in the scaled map's frame
+  host_sim bench map house.yaml --pairs 50 --runs 3 --out out/house
+
+Only what the map calls free is passable. Random places leave a centimetre beside the body and are joined.")]
+pub struct RosMapArgs {
+    /// The map's YAML file; the image is found from there
+    #[arg(value_name = "FILE.yaml")]
+    pub map: PathBuf,
+    /// Metres here for a metre of the map: radius of our robot (0.025) over that of the map's
+    #[arg(long, value_name = "F", default_value_t = 1.0)]
+    pub scale: f64,
+    /// Where to start, in m in the scaled map's frame
+    #[arg(long, value_name = "X,Y", value_parser = place, requires = "to", allow_hyphen_values = true)]
+    pub from: Option<(f64, f64)>,
+    /// Where to go
+    #[arg(long, value_name = "X,Y", value_parser = place, requires = "from", allow_hyphen_values = true)]
+    pub to: Option<(f64, f64)>,
+    /// How many random pairs of places, by the seeds from --seed on
+    #[arg(long, value_name = "N", default_value_t = 10, conflicts_with_all = ["from", "to"])]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub pairs: u32,
+    #[command(flatten)]
+    pub goal: GoalArgs,
+    #[command(flatten)]
+    pub runs: WorldRunsArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct GoalArgs {
+    /// How near the centre must come to the goal, in m
+    #[arg(long, value_name = "M", default_value_t = 0.05)]
+    pub goal_tolerance: f64,
 }
 
 #[derive(Debug, Args)]
@@ -98,4 +169,11 @@ fn scale(text: &str) -> Result<f64, String> {
     }
     let factor = text.parse().ok().filter(|factor: &f64| (1e-6..=1e6).contains(factor));
     factor.ok_or_else(|| String::from("give w, c, or a factor between 1e-6 and 1e6"))
+}
+
+/// A place as two numbers.
+fn place(text: &str) -> Result<(f64, f64), String> {
+    let number = |text: &str| text.trim().parse().ok().filter(|value: &f64| value.is_finite());
+    let both = text.split_once(',').and_then(|(x, y)| Some((number(x)?, number(y)?)));
+    both.ok_or_else(|| String::from("give x and y in m, such as 0.5,-1.2"))
 }

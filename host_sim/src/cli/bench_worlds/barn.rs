@@ -32,7 +32,8 @@ fn barn_in<S: StoredScalar>(args: &BarnArgs) -> Result<Outcome, CliError> {
         })
         .collect::<Result<Vec<_>, CliError>>()?;
     let driven = drive::<S>(&args.runs, &courses)?;
-    Report { what: "barn", args: &args.runs, scalar: S::NAME, courses: &courses, driven: &driven }.put(folder)
+    let (courses, driven) = (&courses, &driven);
+    Report { what: "barn", args: &args.runs, scalar: S::NAME, courses, driven, plans: None }.put(folder)
 }
 
 fn is_json(path: &Path) -> bool {

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 
 use super::args::WorldRunsArgs;
 use super::drive::{Driven, Kind, kinds};
+use super::plans::Plans;
 use crate::cli::error::{CliError, Outcome};
 use crate::cli::output::{OutputFolder, hex, print, print_json};
 use crate::cli::table::{facts, percent, table};
@@ -21,6 +22,8 @@ pub struct Report<'a> {
     pub scalar: &'static str,
     pub courses: &'a [Course],
     pub driven: &'a [Driven],
+    /// The plans of a map, of which some are driven.
+    pub plans: Option<&'a Plans<'a>>,
 }
 
 impl Report<'_> {
@@ -107,6 +110,10 @@ impl Report<'_> {
     }
 
     fn text(&self, files: &[String]) -> String {
+        let plans = self.plans.map_or_else(String::new, |plans| plans.text() + "\n");
+        if self.courses.is_empty() {
+            return plans;
+        }
         let seeds = format!("{} to {}", self.args.learning.seed, self.last_seed());
         let mut head = facts([
             ("worlds", self.courses.len().to_string()),
@@ -118,7 +125,7 @@ impl Report<'_> {
             head += &facts([("no route", format!("{name}: {error}"))]);
         }
         let wrote = if files.is_empty() { String::new() } else { format!("\nwrote {}\n", files.join(", ")) };
-        format!("{head}\n{}\n{}{wrote}", self.sums(), self.classes())
+        format!("{plans}{head}\n{}\n{}{wrote}", self.sums(), self.classes())
     }
 
     fn last_seed(&self) -> u64 {
@@ -234,6 +241,7 @@ impl Report<'_> {
             "controller": self.args.controller.name(),
             "seed": self.args.learning.seed,
             "runs_per_world": self.args.runs,
+            "plans": self.plans.map(Plans::json),
             "worlds": self.courses.iter().map(course_json).collect::<Vec<_>>(),
             "scales": self.scales().into_iter().map(of_scale).collect::<Vec<_>>(),
             "classes": (0..=GAP_CLASSES.len()).map(of_class).collect::<Vec<_>>(),
