@@ -9,9 +9,9 @@
 use controller_core::planning::{Footprint, is_straight_clear};
 use nalgebra::Point2;
 
-use super::course::{PlannedRoute, footprint};
-use crate::number::narrow_point;
-use crate::raster::Raster;
+use super::course::{PlannedRoute, PlannerMap, footprint};
+use crate::number::{narrow, narrow_point};
+use crate::world::KHEPERA_RADIUS_M;
 
 /// How a route is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,55 +31,103 @@ const HORIZON_M: f64 = 0.5;
 /// Where nothing is in sight, the checkpoint is so far ahead, in m: the reach of a sidestep.
 const BLIND_M: f64 = 0.05;
 
+/// Looks without anything of the route in sight after which there is a new one: a second.
+const BLIND_LOOKS: u32 = 8;
+
 /// Share of the route's room beside the body that must be kept on the straight way. Less than all of it, or nothing
 /// beyond the next corner would be in sight before the robot is there.
 const ROOM_SHARE: f32 = 0.5;
 
+/// What is left of the body's radius where it asks whether it sees something at all.
+const ALONE_SHARE: f32 = 0.9;
+
 /// A route and how far the robot has come on it.
 #[derive(Debug, Clone)]
 pub struct Pilot<'a> {
-    raster: &'a Raster,
-    footprint: Footprint,
+    map: &'a PlannerMap,
+    goal: Point2<f64>,
+    /// The body with the room that it needs on a straight way.
+    with_room: Footprint,
+    /// The body alone, nearly: its own place must not count as a wall when it has come too near to one.
+    alone: Footprint,
     /// The start, and the checkpoints.
     places: Vec<Point2<f64>>,
     /// Way along the route to the place nearest to the robot, in m; never shrinks.
     progress_m: f64,
+    /// Looks since something of the route was in sight.
+    blind: u32,
 }
 
 impl<'a> Pilot<'a> {
     /// A pilot at the start of a route.
     #[must_use]
-    pub fn new(raster: &'a Raster, route: &PlannedRoute, start: Point2<f64>) -> Option<Self> {
-        let footprint = footprint(ROOM_SHARE * route.margin_m).ok()?;
-        let places = core::iter::once(start).chain(route.plan.checkpoints.iter().copied()).collect();
-        Some(Self { raster, footprint, places, progress_m: 0.0 })
+    pub fn new(
+        map: &'a PlannerMap,
+        route: &PlannedRoute,
+        start: Point2<f64>,
+        goal: Point2<f64>,
+    ) -> Option<Self> {
+        let alone = Footprint::new(ALONE_SHARE * narrow(KHEPERA_RADIUS_M), 0.0).ok()?;
+        let mut pilot =
+            Self { map, goal, with_room: alone, alone, places: Vec::new(), progress_m: 0.0, blind: 0 };
+        pilot.follow(route, start);
+        Some(pilot)
     }
 
-    /// Where the robot at `here` is to go: the farthest place ahead on the route that it can go straight to.
+    /// Takes a new route.
+    fn follow(&mut self, route: &PlannedRoute, start: Point2<f64>) {
+        self.with_room = footprint(ROOM_SHARE * route.margin_m).unwrap_or(self.alone);
+        self.places = core::iter::once(start).chain(route.plan.checkpoints.iter().copied()).collect();
+        self.progress_m = 0.0;
+        self.blind = 0;
+    }
+
+    /// Where the robot at `here` is to go: the farthest place ahead on the route that it can go straight to. To be asked
+    /// every 128 ms.
+    ///
+    /// A robot that avoidance has pushed to where nothing of the route is in sight gets a new route after a second.
     pub fn target(&mut self, here: Point2<f64>) -> Point2<f64> {
+        if self.blind >= BLIND_LOOKS {
+            // Too near to a wall for a route: it goes on with the old one, and asks again in a second.
+            self.blind = 0;
+            if let Ok(route) = self.map.route(here, self.goal) {
+                self.follow(&route, here);
+            }
+        }
         self.advance(here);
-        let mut target = None;
+        let target = self.farthest(here, &self.with_room).or_else(|| self.farthest(here, &self.alone));
+        self.blind = if target.is_some() { 0 } else { self.blind + 1 };
+        target.unwrap_or_else(|| self.at(self.progress_m + BLIND_M))
+    }
+
+    /// The end of the first stretch ahead that is in sight of this disc.
+    fn farthest(&self, here: Point2<f64>, disc: &Footprint) -> Option<Point2<f64>> {
         let mut ahead_m = STEP_M;
+        let mut target = None;
         while ahead_m <= HORIZON_M {
             let place = self.at(self.progress_m + ahead_m);
-            if is_straight_clear(self.raster, &self.footprint, narrow_point(here), narrow_point(place)) {
+            if self.sees(here, place, disc) {
                 target = Some(place);
             } else if target.is_some() {
                 break;
             }
             ahead_m += STEP_M;
         }
-        target.unwrap_or_else(|| self.at(self.progress_m + BLIND_M))
+        target
     }
 
-    /// Moves on along the route while that comes nearer to the robot.
+    fn sees(&self, here: Point2<f64>, place: Point2<f64>, disc: &Footprint) -> bool {
+        is_straight_clear(&*self.map.raster, disc, narrow_point(here), narrow_point(place))
+    }
+
+    /// Moves on along the route to what is nearest of it; what is behind a wall is not near.
     fn advance(&mut self, here: Point2<f64>) {
         let mut best = (self.progress_m, (self.at(self.progress_m) - here).norm());
         let mut ahead_m = STEP_M;
-        // A place farther along is taken only where it is nearer: loops of the route are not cut short.
         while ahead_m <= 0.5 * HORIZON_M {
-            let distance = (self.at(self.progress_m + ahead_m) - here).norm();
-            if distance < best.1 {
+            let place = self.at(self.progress_m + ahead_m);
+            let distance = (place - here).norm();
+            if distance < best.1 && self.sees(here, place, &self.alone) {
                 best = (self.progress_m + ahead_m, distance);
             }
             ahead_m += STEP_M;
@@ -97,6 +145,6 @@ impl<'a> Pilot<'a> {
             }
             left_m -= length;
         }
-        self.places.last().copied().unwrap_or_else(Point2::origin)
+        self.places.last().copied().unwrap_or(self.goal)
     }
 }

@@ -137,7 +137,8 @@ impl<'a> Guide<'a> {
                 Some(Self::List(route.plan.checkpoints.iter().copied().map(narrow_point).collect(), 0))
             }
             Following::Sight => {
-                Pilot::new(&course.map.raster, route, course.scenario.start.position).map(Self::Pilot)
+                let start = course.scenario.start.position;
+                Pilot::new(&course.map, route, start, course.goal).map(Self::Pilot)
             }
         }
     }

@@ -31,7 +31,7 @@ eight neighbours. Ours is a disc's, and goes in any direction.")]
 pub struct MovingAiArgs {
     /// The map
     #[arg(value_name = "FILE.map")]
-    pub map: PathBuf,
+    pub grid: PathBuf,
     /// Its problems
     #[arg(value_name = "FILE.scen")]
     pub problems_file: PathBuf,
@@ -58,7 +58,7 @@ Only what the map calls free is passable. Random places leave a centimetre besid
 pub struct RosMapArgs {
     /// The map's YAML file; the image is found from there
     #[arg(value_name = "FILE.yaml")]
-    pub map: PathBuf,
+    pub grid: PathBuf,
     /// Metres here for a metre of the map: radius of our robot (0.025) over that of the map's
     #[arg(long, value_name = "F", default_value_t = 1.0)]
     pub scale: f64,

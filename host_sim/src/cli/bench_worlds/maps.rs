@@ -17,7 +17,7 @@ use crate::cli::output::OutputFolder;
 
 pub fn moving_ai(args: &MovingAiArgs) -> Result<Outcome, CliError> {
     positive("--cell", args.cell)?;
-    let map = moving_ai::load_map(&args.map, args.cell)?;
+    let map = moving_ai::load_map(&args.grid, args.cell)?;
     let problems = moving_ai::load_problems(&args.problems_file, &map)?;
     let ground = ground(map)?;
     let place = |(column, row): (usize, usize)| ground.map.middle(column, ground.map.rows - 1 - row);
@@ -34,7 +34,7 @@ pub fn moving_ai(args: &MovingAiArgs) -> Result<Outcome, CliError> {
 
 pub fn ros_map(args: &RosMapArgs) -> Result<Outcome, CliError> {
     positive("--scale", args.scale)?;
-    let ground = ground(map_server::load(&args.map, args.scale)?)?;
+    let ground = ground(map_server::load(&args.grid, args.scale)?)?;
     let frame = ground.map.frame;
     let plans: Vec<Planned> = if let (Some(from), Some(to)) = (args.from, args.to) {
         let place = |(x, y)| frame.to_grid(Point2::new(x, y));
