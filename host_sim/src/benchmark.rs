@@ -17,5 +17,5 @@ mod tally;
 pub use course::{Course, MARGINS_M, PlannedRoute, PlannerMap};
 pub use ground::Ground;
 pub use pilot::{Following, Pilot};
-pub use run::{CourseRun, End, RunOptions, run};
+pub use run::{CourseRun, End, RunOptions, config_for, run};
 pub use tally::{GAP_CLASSES, Tally, gap_class};

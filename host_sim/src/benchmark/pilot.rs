@@ -34,9 +34,12 @@ const BLIND_M: f64 = 0.05;
 /// Looks without anything of the route in sight after which there is a new one: a second.
 const BLIND_LOOKS: u32 = 8;
 
-/// Share of the route's room beside the body that must be kept on the straight way. Less than all of it, or nothing
-/// beyond the next corner would be in sight before the robot is there.
-const ROOM_SHARE: f32 = 0.5;
+/// Room beside the body that is kept on the straight way, in m. Less than a route in the open has, or nothing beyond the
+/// next corner would be in sight before the robot is there.
+const ROOM_M: f32 = 0.005;
+
+/// And at most this share of the route's room, in gaps that are tight: cutting their corners costs contacts.
+const ROOM_SHARE: f32 = 0.95;
 
 /// What is left of the body's radius where it asks whether it sees something at all.
 const ALONE_SHARE: f32 = 0.9;
@@ -76,7 +79,7 @@ impl<'a> Pilot<'a> {
 
     /// Takes a new route.
     fn follow(&mut self, route: &PlannedRoute, start: Point2<f64>) {
-        self.with_room = footprint(ROOM_SHARE * route.margin_m).unwrap_or(self.alone);
+        self.with_room = footprint(ROOM_M.min(ROOM_SHARE * route.margin_m)).unwrap_or(self.alone);
         self.places = core::iter::once(start).chain(route.plan.checkpoints.iter().copied()).collect();
         self.progress_m = 0.0;
         self.blind = 0;

@@ -65,6 +65,26 @@ pub struct CourseRun {
     pub samples: Vec<Sample>,
 }
 
+/// The configuration for a course and a way of being guided, on the base of another.
+///
+/// Where the planner goes on looking, two numbers are its own. The controller's detour is off: it measures progress by
+/// the distance to the checkpoint, which a checkpoint that moves ahead of the robot keeps as it is, and the planner is
+/// the better judge of dead ends anyway. And the swept path needs no more room beside the body than the route has: a
+/// robot that asks for more waits before the gap for ever.
+#[must_use]
+pub fn config_for(course: &Course, following: Option<Following>, base: &Config) -> Config {
+    let mut config = base.clone();
+    if let (Some(Following::Sight), Ok(route)) = (following, &course.route) {
+        config.cooperative.detour_patience_ms = 0;
+        let room_m = route.margin_m.max(LEAST_ROOM_M);
+        config.cooperative.sweep_margin_m = config.cooperative.sweep_margin_m.min(room_m);
+    }
+    config
+}
+
+/// Least room that a swept path can be asked to leave, in m.
+const LEAST_ROOM_M: f32 = 0.001;
+
 /// Drives a course once with a controller that has a trained map; `robot` gives the physical robot's numbers.
 ///
 /// # Errors

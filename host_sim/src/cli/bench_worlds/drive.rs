@@ -73,6 +73,7 @@ pub fn drive<S: StoredScalar>(args: &WorldRunsArgs, courses: &[Course]) -> Resul
             following: kind.following,
             sample_ms: if logged { LOG_PERIOD_MS } else { 0 },
         };
+        let config = benchmark::config_for(&courses[course], kind.following, &config);
         let index = usize::try_from(number).unwrap_or(0);
         let controller = Sil::trained(&config, maps.of_run(index).cloned().unwrap_or_default(), 0)?;
         let run = benchmark::run(&courses[course], controller, &config, options);
