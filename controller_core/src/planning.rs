@@ -68,6 +68,9 @@ use search::{PASSAGES_MAX, Problem, Search, Terminal};
 /// Columns and rows that a raster may have: coordinates stay exact to 1/1000 of a cell in `f32`.
 pub const SIDE_MAX: u16 = 4096;
 
+/// Radius of the disc in quarter-cells for which all bounds hold.
+const REACH: core::ops::RangeInclusive<f32> = 0.08..=REACH_MAX;
+
 /// The disc that must fit: the robot's body and what it should keep away from walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
@@ -305,7 +308,7 @@ impl<const CELLS: usize, const PASSAGES: usize> Planner<CELLS, PASSAGES> {
         self.map.passages.clear();
         let frame = Frame::new::<S, W>(workspace)?;
         let reach = robot.reach_m() / frame.quarter_cell_m;
-        if !(0.08..=REACH_MAX).contains(&reach) {
+        if !REACH.contains(&reach) {
             let (reach_m, cell_size_m) = (robot.reach_m(), workspace.cell_size_m());
             return Err(PlanError::RasterMismatch { reach_m, cell_size_m });
         }
@@ -343,6 +346,27 @@ impl<const CELLS: usize, const PASSAGES: usize> Planner<CELLS, PASSAGES> {
         }
         Ok(plan)
     }
+}
+
+/// Whether the disc of `robot` can be moved straight from one place to another without touching a cell that is not free.
+///
+/// Exact up to 1/1000 of a raster cell. Also false where the disc does not suit the raster ([`Planner::plan`] says why)
+/// or a place is not on it.
+#[must_use]
+pub fn is_straight_clear<S: Scalar, W: Workspace>(
+    workspace: &W,
+    robot: &Footprint,
+    from: Point<S>,
+    to: Point<S>,
+) -> bool {
+    let Ok(frame) = Frame::new::<S, W>(workspace) else { return false };
+    let reach = robot.reach_m() / frame.quarter_cell_m;
+    if !REACH.contains(&reach) {
+        return false;
+    }
+    let spot = |place: Point<S>| frame.spot(place.x_m.to_f32(), place.y_m.to_f32());
+    let (Some(from), Some(to)) = (spot(from), spot(to)) else { return false };
+    Clearance::new(workspace, reach).is_clear(from, to)
 }
 
 /// Where the raster lies in the world.

@@ -2,6 +2,7 @@
 
 mod args;
 mod bench;
+mod bench_worlds;
 mod config;
 mod error;
 mod evaluate;

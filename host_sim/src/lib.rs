@@ -26,6 +26,9 @@ pub mod scenes;
 
 pub mod raster;
 
+pub mod benchmark;
+pub mod import;
+
 pub mod figure;
 
 pub mod number;

@@ -27,6 +27,8 @@ pub enum Purpose {
     Search = 8,
     /// Readings that are missing.
     Dropout = 9,
+    /// Starts and goals on maps of [`crate::benchmark`].
+    BenchmarkPlaces = 20,
 }
 
 /// The seed of one robot of several; that of the first is the run's own.

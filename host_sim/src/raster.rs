@@ -53,11 +53,23 @@ impl Raster {
         shapes: impl Iterator<Item = &'a Shape> + Clone,
         cell_size_m: f64,
     ) -> Result<Self, RasterError> {
-        if !(cell_size_m.is_finite() && cell_size_m > 0.0) {
-            return Err(RasterError::CellSize(cell_size_m));
-        }
+        // Said first, since a wrong cell size is wrong for any map.
+        check_cell_size(cell_size_m)?;
         let bounds = shapes.clone().filter_map(bounds_of).reduce(|all, next| all.union(&next));
-        let bounds = bounds.ok_or(RasterError::NoWalls)?;
+        Self::within(bounds.ok_or(RasterError::NoWalls)?, shapes, cell_size_m)
+    }
+
+    /// The grid over a given box, rounded up to whole cells at the far sides; what reaches beyond is cut off.
+    ///
+    /// # Errors
+    ///
+    /// If the cell size is not positive or too small.
+    pub fn within<'a>(
+        bounds: Bounds,
+        shapes: impl Iterator<Item = &'a Shape>,
+        cell_size_m: f64,
+    ) -> Result<Self, RasterError> {
+        check_cell_size(cell_size_m)?;
         let size = bounds.high - bounds.low;
         let cells = |length_m: f64| whole(((length_m - HAIR_M) / cell_size_m).ceil().max(1.0));
         let (Some(columns), Some(rows)) = (cells(size.x), cells(size.y)) else {
@@ -123,6 +135,20 @@ impl Raster {
         inside && self.free[self.index(column, row)]
     }
 
+    /// The cell that a place is in; `None` outside of the grid.
+    #[must_use]
+    pub fn cell_at(&self, place: Point2<f64>) -> Option<(u16, u16)> {
+        let index = |axis: usize| whole(((place[axis] - self.origin[axis]) / self.cell_size_m).floor());
+        let (column, row) = (index(0)?, index(1)?);
+        (column < self.columns && row < self.rows).then_some((column, row))
+    }
+
+    /// How many cells are free.
+    #[must_use]
+    pub fn free_cells(&self) -> usize {
+        self.free.iter().filter(|free| **free).count()
+    }
+
     /// The square that the cell covers.
     #[must_use]
     pub fn cell(&self, column: u16, row: u16) -> Bounds {
@@ -161,7 +187,13 @@ impl Raster {
     }
 }
 
-fn bounds_of(shape: &Shape) -> Option<Bounds> {
+fn check_cell_size(cell_size_m: f64) -> Result<(), RasterError> {
+    let sound = cell_size_m.is_finite() && cell_size_m > 0.0;
+    sound.then_some(()).ok_or(RasterError::CellSize(cell_size_m))
+}
+
+/// The box around a shape; `None` of a line without points.
+pub(crate) fn bounds_of(shape: &Shape) -> Option<Bounds> {
     match shape {
         Shape::Line(points) => Bounds::of_points(points),
         Shape::Polygon(polygon) => Some(*polygon.bounds()),

@@ -65,6 +65,15 @@ pub struct Plan {
     pub passages: usize,
 }
 
+impl Plan {
+    /// Length of the way from `from` over all checkpoints, in m.
+    #[must_use]
+    pub fn length_m(&self, from: Point2<f64>) -> f64 {
+        let befores = core::iter::once(&from).chain(&self.checkpoints);
+        befores.zip(&self.checkpoints).map(|(before, place)| (place - before).norm()).sum()
+    }
+}
+
 /// Plans from a place to a scenario's goal on what is known at `t_s`.
 ///
 /// # Errors
@@ -72,21 +81,64 @@ pub struct Plan {
 pub fn plan(scenario: &Scenario, from: Point2<f64>, t_s: f64) -> Result<Plan, RouteError> {
     let raster = scenario.known_raster_at(CELL_SIZE_M, t_s)?;
     let goal = scenario.goal().unwrap_or(from);
-    // Large enough for any map of a host, and far too large for a stack.
-    let mut planner = Box::new(Planner::<1024, 4096>::new());
     let footprint = Footprint::new(narrow(crate::world::KHEPERA_RADIUS_M), MARGIN_M)?;
-    let route = planner.plan::<f32, Raster, CHECKPOINTS>(
-        &raster,
-        &footprint,
-        narrow_point(from),
-        narrow_point(goal),
-    )?;
-    let widen = |point: &Point<f32>| Point2::new(f64::from(point.x_m), f64::from(point.y_m));
-    Ok(Plan {
-        checkpoints: route.iter().map(widen).collect(),
-        cells: planner.cell_count(),
-        passages: planner.passage_count(),
-    })
+    Ok(SmallPlanner::plan_on::<CHECKPOINTS>(&raster, &footprint, from, goal)?)
+}
+
+/// Large enough for the rooms of the papers, and for most of what is tried.
+type SmallPlanner = Planner<1024, 4096>;
+
+/// For maps of 512 x 512 cells that are full of obstacles.
+type LargePlanner = Planner<16_384, 32_000>;
+
+/// Most checkpoints of a long route, which goes to the controller in parts.
+const LONG_ROUTE: usize = 512;
+
+/// Plans a route of any length on a map of any size; what it is too large for is a [`PlanError`].
+///
+/// # Errors
+/// If there is no way for the disc, or the map is beyond the largest planner.
+pub fn plan_long(
+    raster: &Raster,
+    footprint: &Footprint,
+    from: Point2<f64>,
+    goal: Point2<f64>,
+) -> Result<Plan, PlanError> {
+    match SmallPlanner::plan_on::<LONG_ROUTE>(raster, footprint, from, goal) {
+        Err(PlanError::TooManyCells { .. } | PlanError::TooManyPassages { .. }) => {
+            LargePlanner::plan_on::<LONG_ROUTE>(raster, footprint, from, goal)
+        }
+        done => done,
+    }
+}
+
+/// The planner of some size on the heap, for it is far too large for a stack.
+trait PlanOn {
+    fn plan_on<const N: usize>(
+        raster: &Raster,
+        footprint: &Footprint,
+        from: Point2<f64>,
+        goal: Point2<f64>,
+    ) -> Result<Plan, PlanError>;
+}
+
+impl<const CELLS: usize, const PASSAGES: usize> PlanOn for Planner<CELLS, PASSAGES> {
+    fn plan_on<const N: usize>(
+        raster: &Raster,
+        footprint: &Footprint,
+        from: Point2<f64>,
+        goal: Point2<f64>,
+    ) -> Result<Plan, PlanError> {
+        let mut planner = Box::new(Self::new());
+        let (from, goal) = (narrow_point(from), narrow_point(goal));
+        let route = planner.plan::<f32, Raster, N>(raster, footprint, from, goal)?;
+        let widen = |point: &Point<f32>| Point2::new(f64::from(point.x_m), f64::from(point.y_m));
+        Ok(Plan {
+            checkpoints: route.iter().map(widen).collect(),
+            cells: planner.cell_count(),
+            passages: planner.passage_count(),
+        })
+    }
 }
 
 /// Length of the shortest way from the start to the goal that the body fits along, over all checkpoints that are given,

@@ -269,6 +269,33 @@ impl Scenario {
         scenario
     }
 
+    /// An experiment with known shapes only, under the papers' noise and schedule, with cooperative EKMs.
+    ///
+    /// Nothing is checked: whoever imports a world from elsewhere decides what to make of a start in a wall.
+    #[must_use]
+    pub fn of_known(name: &str, source: &str, shapes: Vec<Shape>, start: Start, goal: Point2<f64>) -> Self {
+        let solid = |shape| Solid { shape, known: true, window: Window::ALWAYS };
+        let solids: Vec<Solid> = shapes.into_iter().map(solid).collect();
+        let mut world = check::world(&solids, Vec::new());
+        world.permanent = world.permanent.indexed();
+        Self {
+            name: name.to_owned(),
+            title: name.to_owned(),
+            source: source.to_owned(),
+            start,
+            route: Route::Planned { goal },
+            replacements: Vec::new(),
+            companions: Vec::new(),
+            tolerance_m: 0.005,
+            time_limit_s: f64::INFINITY,
+            controller: ControllerKind::Cooperative,
+            target_period_ms: 2 * AVOIDANCE_PERIOD_MS,
+            noise: crate::simulation::PAPERS,
+            world,
+            solids,
+        }
+    }
+
     /// The same experiment with these checkpoints, such as a planner's.
     #[must_use]
     pub fn with_checkpoints(mut self, checkpoints: Vec<Point2<f64>>) -> Self {

@@ -78,6 +78,9 @@ pub enum Order<'a> {
     Arm,
     /// Replace all checkpoints, as [`controller_core::planning::checkpoint::Checkpoints::replace_all`].
     Checkpoints(&'a [Point<f32>]),
+    /// Add some behind the last, as [`controller_core::planning::checkpoint::Checkpoints::append`]: a long route goes to
+    /// the controller in parts.
+    Append(&'a [Point<f32>]),
     /// Replace one that is still ahead, as [`controller_core::planning::checkpoint::Checkpoints::replace`].
     Checkpoint {
         /// Which, counted from the first that was ever set.
@@ -137,6 +140,10 @@ impl<S: Scalar, O: Output<S>> Sil<S, O> {
     }
 }
 
+fn points_from<S: Scalar>(points: &[Point<f32>]) -> Vec<Point<S>> {
+    points.iter().copied().map(point_from).collect()
+}
+
 fn point_from<S: Scalar>(point: Point<f32>) -> Point<S> {
     Point::from_metres(point.x_m, point.y_m)
 }
@@ -159,8 +166,10 @@ impl<S: Scalar, O: Output<S>> ControllerPort for Sil<S, O> {
             Order::Mode { mode, now } => self.controller.set_mode(mode, now),
             Order::Arm => self.controller.arm(),
             Order::Checkpoints(checkpoints) => {
-                let points: Vec<Point<S>> = checkpoints.iter().copied().map(point_from).collect();
-                return Ok(self.controller.checkpoints_mut().replace_all(&points));
+                return Ok(self.controller.checkpoints_mut().replace_all(&points_from(checkpoints)));
+            }
+            Order::Append(checkpoints) => {
+                return Ok(self.controller.checkpoints_mut().append(&points_from(checkpoints)));
             }
             Order::Checkpoint { number, at } => {
                 return Ok(self.controller.checkpoints_mut().replace(number, point_from(at)));

@@ -51,7 +51,8 @@ pub enum Maps<S: Scalar, O: Output<S>> {
 
 impl<S: Scalar, O: Output<S>> Maps<S, O> {
     /// The map of a run; with too few maps they are used in turn.
-    fn of_run(&self, run: usize) -> Option<&HostMap<S, O>> {
+    #[must_use]
+    pub fn of_run(&self, run: usize) -> Option<&HostMap<S, O>> {
         match self {
             Self::Shared(map) => Some(map),
             Self::PerRun(maps) => maps.get(run.checked_rem(maps.len())?),

@@ -53,6 +53,7 @@ fn solids() -> impl Strategy<Value = Solids> {
         segments,
         discs,
         polygons,
+        index: None,
     })
 }
 

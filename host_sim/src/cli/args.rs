@@ -7,6 +7,7 @@ use host_sim::contender::Contender;
 use host_sim::link::address::{Address, FORMS};
 use protocol::message::ScalarKind;
 
+use super::bench_worlds::BenchWorlds;
 use super::evaluate::robots::EvaluateRobotsArgs;
 use super::evaluate::scenes::SceneArgs;
 use super::explain::ExplainArgs;
@@ -63,7 +64,7 @@ pub enum Command {
     Plan(PlanArgs),
     /// Ask a board what it is and how it is doing, and set its parameters
     Link(InspectArgs),
-    /// Measure the speed of the simulator on one core
+    /// Measure the speed of the simulator on one core, or the robot on worlds that others drew
     Bench(BenchArgs),
     /// Show the configuration of the controller
     Config(ConfigArgs),
@@ -460,7 +461,10 @@ fn assignment(text: &str) -> Result<(String, f32), String> {
 }
 
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct BenchArgs {
+    #[command(subcommand)]
+    pub what: Option<BenchWorlds>,
     #[command(flatten)]
     pub learning: LearningArgs,
     /// Missions for each controller

@@ -14,6 +14,7 @@ use host_sim::sweep;
 use serde_json::json;
 
 use super::args::{BenchArgs, ScalarArg};
+use super::bench_worlds;
 use super::error::{CliError, Outcome};
 use super::learning::{learn, seeds, settings, training_plan};
 use super::output::{print, print_json};
@@ -42,6 +43,9 @@ impl Speed {
 }
 
 pub fn bench(args: &BenchArgs) -> Result<Outcome, CliError> {
+    if let Some(worlds) = &args.what {
+        return bench_worlds::bench(worlds);
+    }
     match args.learning.scalar() {
         ScalarArg::F32 => bench_in::<f32>(args),
         ScalarArg::Fixed => bench_in::<Fixed>(args),

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use controller_core::config::ConfigError;
 use host_sim::config_file::ConfigFileError;
 use host_sim::explanation::ExplainError;
+use host_sim::import::ImportError;
 use host_sim::link::LinkError;
 use host_sim::link::verify::VerifyError;
 use host_sim::mission::MissionError;
@@ -51,6 +52,12 @@ impl CliError {
 
 impl From<ScenarioError> for CliError {
     fn from(error: ScenarioError) -> Self {
+        Self::Request(error.to_string())
+    }
+}
+
+impl From<ImportError> for CliError {
+    fn from(error: ImportError) -> Self {
         Self::Request(error.to_string())
     }
 }

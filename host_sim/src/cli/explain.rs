@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use controller_core::scalar::Fixed;
+use host_sim::contender::Contender;
 use host_sim::explanation::{self, Explanation, NeuronActivity, Place};
 use host_sim::figure::draw_decision;
 use host_sim::map_store::StoredScalar;
@@ -11,11 +12,11 @@ use host_sim::mission::{MissionOptions, MissionResult};
 use host_sim::sil::Indirect;
 use serde_json::json;
 
-use super::args::{ControllerArg, LearningArgs, SavedMapArgs, ScalarArg};
+use super::args::{LearningArgs, SavedMapArgs, ScalarArg};
 use super::error::{CliError, Outcome};
 use super::learning::{configuration, learn, load_map, load_scenario, training_plan};
 use super::output::{OutputFolder, print, print_json};
-use super::single_run::{controller_of, result_json, stop_text};
+use super::single_run::{result_json, stop_text};
 use super::table::{facts, table};
 
 /// Neurons in the table unless all are asked for.
@@ -40,7 +41,7 @@ pub struct ExplainArgs {
     pub tick: Option<u64>,
     /// How target reaching and obstacle avoidance are integrated; default: as the scenario says
     #[arg(long, value_enum)]
-    pub controller: Option<ControllerArg>,
+    pub controller: Option<Contender>,
     #[command(flatten)]
     pub learning: LearningArgs,
     #[command(flatten)]
@@ -78,7 +79,7 @@ fn explain_in<S: StoredScalar>(args: &ExplainArgs) -> Result<Outcome, CliError> 
     let scenario = load_scenario(&args.scenario)?;
     let loaded = load_map::<S>(&args.saved, &config)?;
     let file = args.out.as_deref().map(OutputFolder::for_file).transpose()?;
-    let controller = args.controller.unwrap_or_else(|| controller_of(&scenario));
+    let controller = args.controller.unwrap_or_else(|| Contender::of(&scenario));
     let plan = training_plan(&args.learning);
     let map = match loaded {
         Some(stored) => stored.map,
@@ -87,7 +88,12 @@ fn explain_in<S: StoredScalar>(args: &ExplainArgs) -> Result<Outcome, CliError> 
     let options = MissionOptions { seed: plan.seed, sample_ms: 0 };
     // One of the two is there, or the arguments would have been refused.
     let tick = args.at.or(args.tick).unwrap_or_default();
-    let architecture = Some(controller.architecture());
+    let architecture = controller.architecture();
+    if architecture.is_none() {
+        let name = controller.name();
+        let message = format!("{name} has no fields to explain; choose --controller cooperative or fusion");
+        return Err(CliError::Request(message));
+    }
     let (explanation, result) = explanation::explain(&scenario, &config, architecture, &map, options, tick)?;
     let figure = || draw_decision(&explanation, &config);
     let file = file.map(|(folder, name)| folder.write(&name, figure().as_bytes())).transpose()?;

@@ -81,10 +81,19 @@ pub fn load_map<S: StoredScalar>(
     args: &SavedMapArgs,
     config: &Config,
 ) -> Result<Option<StoredMap<S>>, CliError> {
-    let Some(path) = &args.map else { return Ok(None) };
+    load_map_file(args.map.as_deref(), args.map_of_another_robot, config)
+}
+
+/// A map from its file, if one is given.
+pub fn load_map_file<S: StoredScalar>(
+    path: Option<&Path>,
+    map_of_another_robot: bool,
+    config: &Config,
+) -> Result<Option<StoredMap<S>>, CliError> {
+    let Some(path) = path else { return Ok(None) };
     let file = path.display();
     let bytes = read_map_file(path)?;
-    let learned_on = if args.map_of_another_robot { LearnedOn::AnyRobot } else { LearnedOn::ThisRobot };
+    let learned_on = if map_of_another_robot { LearnedOn::AnyRobot } else { LearnedOn::ThisRobot };
     let stored = map_store::from_bytes::<S>(&bytes, config, learned_on)
         .map_err(|error| CliError::Request(format!("{file}: {error}")))?;
     if let Some(misfit) = &stored.another_robot {

@@ -40,7 +40,7 @@ fn check_peer(args: &RunArgs) -> Result<(), CliError> {
     let Some(peer) = args.controller.filter(|controller| controller.is_peer()) else { return Ok(()) };
     let refused = [
         (args.link.link.is_some(), "--link", "runs in this process only"),
-        (args.map.is_some(), "--map", "drives without a map"),
+        (args.saved.map.is_some(), "--map", "drives without a map"),
         (args.fresh_maps, "--fresh-maps", "drives without a map"),
         (args.learning.scalar() == ScalarArg::Fixed, "--scalar fixed", "computes in floating point"),
     ];

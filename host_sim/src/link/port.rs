@@ -93,6 +93,9 @@ pub(crate) fn send_order<T: Transport>(
         Order::Mode { mode, .. } => client.command(&FromHost::Mode(mode)).map(Ok),
         Order::Arm => client.command(&FromHost::Arm).map(Ok),
         Order::Checkpoints(checkpoints) => send_checkpoints(client, checkpoints),
+        Order::Append(checkpoints) => {
+            send_parts(client, checkpoints.chunks(CHECKPOINTS_PER_MESSAGE).map(appended))
+        }
         Order::Checkpoint { number, at } => {
             // No list is longer than a byte counts; a number beyond is refused as the largest.
             let index = u8::try_from(number).unwrap_or(u8::MAX);
@@ -107,13 +110,23 @@ fn send_checkpoints<T: Transport>(
     checkpoints: &[Point<f32>],
 ) -> Result<Answer, LinkError> {
     let mut parts = checkpoints.chunks(CHECKPOINTS_PER_MESSAGE);
-    let list = |part: &[Point<f32>]| part.iter().copied().collect();
     let first = match parts.next() {
-        Some(part) => Checkpoints::ReplaceAll(list(part)),
+        Some(part) => Checkpoints::ReplaceAll(part.iter().copied().collect()),
         None => Checkpoints::Clear,
     };
-    let rest = parts.map(|part| Checkpoints::Append(list(part)));
-    for change in core::iter::once(first).chain(rest) {
+    send_parts(client, core::iter::once(first).chain(parts.map(appended)))
+}
+
+fn appended(part: &[Point<f32>]) -> Checkpoints {
+    Checkpoints::Append(part.iter().copied().collect())
+}
+
+/// Sends changes in turn, up to the first that is refused.
+fn send_parts<T: Transport>(
+    client: &mut Client<T>,
+    changes: impl Iterator<Item = Checkpoints>,
+) -> Result<Answer, LinkError> {
+    for change in changes {
         if let refused @ Err(_) = answer_to(client, change)? {
             return Ok(refused);
         }

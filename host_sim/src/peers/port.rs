@@ -120,6 +120,7 @@ impl<N: Navigator> ControllerPort for PeerPort<N> {
             }
             Order::Arm => self.reflex.gate.arm(),
             Order::Checkpoints(checkpoints) => return Ok(self.reflex.checkpoints.replace_all(checkpoints)),
+            Order::Append(checkpoints) => return Ok(self.reflex.checkpoints.append(checkpoints)),
             Order::Checkpoint { number, at } => return Ok(self.reflex.checkpoints.replace(number, at)),
         }
         Ok(Ok(()))

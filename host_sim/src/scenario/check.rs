@@ -65,7 +65,8 @@ pub(super) fn scenario(file: &str, raw: &RawScenario) -> Checked<Scenario> {
     Ok(checked)
 }
 
-fn world(solids: &[Solid], movers: Vec<Mover>) -> World {
+/// The simulator's world of these solids and movers.
+pub(super) fn world(solids: &[Solid], movers: Vec<Mover>) -> World {
     let mut world = World { movers, ..World::default() };
     for solid in solids {
         if solid.window == Window::ALWAYS {
