@@ -74,6 +74,7 @@ fn world() -> impl Strategy<Value = World> {
         permanent,
         timed,
         movers,
+        ..World::default()
     })
 }
 
