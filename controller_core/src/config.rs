@@ -16,7 +16,6 @@ use crate::localisation::detour::DetourParameters;
 use crate::localisation::memory::MemoryParameters;
 use crate::localisation::obstacle::{FieldCentre, ObstacleFieldParameters};
 use crate::localisation::opening::OpeningParameters;
-use crate::localisation::separation::SeparationParameters;
 use crate::localisation::target::TargetFieldParameters;
 use crate::motor_control::{Aim, Beyond, CommandUnit, ReachingParameters};
 use crate::planning::checkpoint::CheckpointParameters;
@@ -273,33 +272,6 @@ pub struct CooperativeConfig {
     pub open_room_m: f32,
 }
 
-/// Robot separation: how cooperative EKMs keep away from other robots that tell where they are; see
-/// [`crate::localisation::separation`]. Measured with `host_sim evaluate robots`.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(default, deny_unknown_fields)
-)]
-pub struct SeparationConfig {
-    /// Reports older than this are forgotten; they count the less the older they are. 0 switches separation off.
-    pub lifetime_ms: u16,
-    /// The field is centred where the other will be after this time.
-    pub horizon_ms: u16,
-    /// Peak of the field for bodies that touch, against the target field's `cooperative.target_amplitude`.
-    pub amplitude: f32,
-    /// σ of the field in bearing.
-    pub bearing_sigma_rad: f32,
-    /// σ of the gap between the bodies over which the field falls off.
-    pub gap_sigma_m: f32,
-    /// How far the field is shifted to the left, so that robots give way to the right.
-    pub keep_right_rad: f32,
-    /// Swept path: clearance wished between two bodies, both taken to be as large as `robot.body_radius_m`.
-    pub margin_m: f32,
-    /// Swept path: inhibition per margin of lacking clearance; 0 switches it off.
-    pub strength: f32,
-}
-
 /// Command fusion with Braitenberg avoidance (P1 Eq. 9, 10).
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
@@ -358,8 +330,6 @@ pub struct Config {
     pub fusion: FusionConfig,
     /// Safety.
     pub safety: SafetyConfig,
-    /// Robot separation.
-    pub separation: SeparationConfig,
 }
 
 impl Default for RobotConfig {
@@ -471,21 +441,6 @@ impl Default for CooperativeConfig {
             opening_give_up_ms: 5000,
             open_cruise_share: 0.92,
             open_room_m: 0.10,
-        }
-    }
-}
-
-impl Default for SeparationConfig {
-    fn default() -> Self {
-        Self {
-            lifetime_ms: 1000,
-            horizon_ms: 1000,
-            amplitude: 0.04,
-            bearing_sigma_rad: 0.7,
-            gap_sigma_m: 0.15,
-            keep_right_rad: 0.2,
-            margin_m: 0.015,
-            strength: 2.0,
         }
     }
 }
@@ -659,7 +614,6 @@ impl Config {
             memory: self.memory_parameters(),
             detour: self.detour_parameters(),
             opening: self.opening_parameters(),
-            separation: self.separation_parameters(),
             wiring: self.wiring(),
             avoidance: self.avoidance_parameters(),
             target_share: S::from_f32(self.fusion.target_share),
@@ -691,7 +645,6 @@ impl Config {
             memory,
             detour,
             opening,
-            separation,
             wiring,
             avoidance,
             target_share,
@@ -709,7 +662,6 @@ impl Config {
         *memory = self.memory_parameters();
         *detour = self.detour_parameters();
         *opening = self.opening_parameters();
-        *separation = self.separation_parameters();
         *wiring = self.wiring();
         *avoidance = self.avoidance_parameters();
         *target_share = S::from_f32(self.fusion.target_share);
@@ -936,25 +888,6 @@ impl Config {
             give_up_ms: c.opening_give_up_ms,
         }
     }
-
-    fn separation_parameters<S: Scalar>(&self) -> SeparationParameters<S> {
-        let (c, s) = (&self.separation, S::from_f32);
-        let steepness = |sigma: f32| s(core::f32::consts::FRAC_1_SQRT_2 / sigma);
-        SeparationParameters {
-            lifetime_ms: c.lifetime_ms,
-            per_lifetime: s(1.0 / f32::from(c.lifetime_ms.max(1))),
-            horizon_s: s(f32::from(c.horizon_ms) / 1000.0),
-            amplitude: s(c.amplitude),
-            bearing_steepness: steepness(c.bearing_sigma_rad),
-            gap_steepness: steepness(c.gap_sigma_m),
-            keep_right_rad: s(c.keep_right_rad),
-            touch_m: s(2.0 * self.robot.body_radius_m),
-            margin_m: s(c.margin_m),
-            per_margin: s(1.0 / c.margin_m),
-            strength: s(c.strength),
-            step_s: s(f32::from(self.schedule.step_ms) / 1000.0),
-        }
-    }
 }
 
 /// The configuration in the controller's scalar and units: immutable, shared by every step.
@@ -984,8 +917,6 @@ pub struct Parameters<S, const SENSORS: usize> {
     pub detour: DetourParameters<S>,
     /// Openings.
     pub opening: OpeningParameters<S>,
-    /// Robot separation.
-    pub separation: SeparationParameters<S>,
     /// Z of Eq. 9.
     pub wiring: Wiring<S, SENSORS>,
     /// How Z is applied.

@@ -11,7 +11,7 @@ use crate::kohonen::map::Map;
 use crate::kohonen::output::{ControlMatrix, Output};
 use crate::kohonen::self_organisation::Plasticity;
 use crate::localisation::obstacle::ObstacleField;
-use crate::localisation::separation::Report;
+use crate::localisation::separation::{Others, Report};
 use crate::localisation::target::TargetField;
 use crate::planning::checkpoint::{Checkpoints, Reached};
 use crate::reflex::Reflex;
@@ -151,6 +151,27 @@ pub fn tick<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, co
     now: Tick,
     inputs: &Inputs<S, SENSORS>,
 ) -> Outputs<S> {
+    tick_among(reflex, deliberation, p, now, inputs, &Others::<S, 0>::NONE)
+}
+
+/// As [`tick`], among other robots that are known of.
+// On a host only, as above.
+#[cfg_attr(not(target_os = "none"), inline(always))]
+pub fn tick_among<
+    S: Scalar,
+    O: Output<S>,
+    const COLUMNS: usize,
+    const ROWS: usize,
+    const SENSORS: usize,
+    const COUNT: usize,
+>(
+    reflex: &mut Reflex<S>,
+    deliberation: &mut Deliberation<S, O, COLUMNS, ROWS, SENSORS>,
+    p: &Parameters<S, SENSORS>,
+    now: Tick,
+    inputs: &Inputs<S, SENSORS>,
+    others: &Others<S, COUNT>,
+) -> Outputs<S> {
     let released = p.reflex.schedule.at(now);
     if let Some(pose) = inputs.pose_fix {
         reflex.fix_pose(pose);
@@ -170,10 +191,10 @@ pub fn tick<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, co
             deliberation.learn(p, &latched, inputs.exploration)
         } else {
             if released.avoidance {
-                deliberation.avoid(p, &latched);
+                deliberation.avoid_among(p, &latched, others);
             }
             if released.target {
-                deliberation.reach(p, &latched);
+                deliberation.reach_among(p, &latched, others);
             }
             deliberation.integrate(p, &latched)
         };
@@ -199,16 +220,23 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         tick(&mut self.reflex, &mut self.deliberation, p, now, inputs)
     }
 
+    /// One tick among other robots, see [`tick_among`].
+    // On a host only, see `tick`.
+    #[cfg_attr(not(target_os = "none"), inline(always))]
+    pub fn step_among<const COUNT: usize>(
+        &mut self,
+        p: &Parameters<S, SENSORS>,
+        now: Tick,
+        inputs: &Inputs<S, SENSORS>,
+        others: &Others<S, COUNT>,
+    ) -> Outputs<S> {
+        tick_among(&mut self.reflex, &mut self.deliberation, p, now, inputs, others)
+    }
+
     /// Changes the mode; the robot stops first, and a training step under way is dropped.
     pub fn set_mode(&mut self, mode: Mode, now: Tick) {
         self.reflex.set_mode(mode, now);
         self.deliberation.change_mode(now);
-    }
-
-    /// Takes over what another robot tells of itself.
-    pub fn hear(&mut self, p: &Parameters<S, SENSORS>, now: Tick, report: &Report<S>) {
-        let here = self.pose(p).position();
-        self.deliberation.hear(p, here, now, report);
     }
 
     /// What this robot, known to others as `robot`, tells them of itself.

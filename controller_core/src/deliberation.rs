@@ -21,7 +21,7 @@ use crate::localisation::detour::Detour;
 use crate::localisation::memory::ObstacleMemory;
 use crate::localisation::obstacle::ObstacleField;
 use crate::localisation::opening::Opening;
-use crate::localisation::separation::{self, OTHERS, Others, Report};
+use crate::localisation::separation::Others;
 use crate::localisation::target::TargetField;
 use crate::motor_control;
 use crate::reflex::Latched;
@@ -67,7 +67,6 @@ pub struct Deliberation<
     standing: Standing<S, COLUMNS, ROWS, SENSORS>,
     scan: Scan<S, SENSORS>,
     memory: ObstacleMemory<S, MEMORY_POINTS>,
-    others: Others<S, OTHERS>,
     detour: Detour<S>,
     opening: Opening<S>,
     arrivals: u16,
@@ -108,7 +107,6 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         },
         scan: Scan::EMPTY,
         memory: ObstacleMemory::EMPTY,
-        others: Others::NONE,
         detour: Detour::NONE,
         opening: Opening::NONE,
         arrivals: 0,
@@ -134,7 +132,6 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             },
             scan: Scan::EMPTY,
             memory: ObstacleMemory::default(),
-            others: Others::NONE,
             detour: Detour::default(),
             opening: Opening::NONE,
             arrivals: 0,
@@ -165,7 +162,6 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         self.standing.reaching = Command::default();
         self.standing.avoidance = None;
         self.memory.clear();
-        self.others.clear();
         self.detour.reset();
         self.opening.reset();
     }
@@ -191,6 +187,17 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
 
     /// Obstacle avoidance: the latched scan renews the obstacle fields (P2), or the avoiding command (P1).
     pub fn avoid(&mut self, p: &Parameters<S, SENSORS>, latched: &Latched<S>) {
+        self.avoid_among(p, latched, &Others::<S, 0>::NONE);
+    }
+
+    /// As [`Deliberation::avoid`], among other robots, whose fields are added (P2).
+    #[inline]
+    pub fn avoid_among<const COUNT: usize>(
+        &mut self,
+        p: &Parameters<S, SENSORS>,
+        latched: &Latched<S>,
+        others: &Others<S, COUNT>,
+    ) {
         self.heed_arrivals(latched);
         if p.architecture == Architecture::Fusion {
             self.standing.avoidance = p.wiring.avoid(&p.avoidance, &self.scan);
@@ -201,49 +208,24 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         let field = &mut self.standing.obstacles;
         field.value.renew(&self.map, &p.neural.obstacle, &p.reaching.winner, &p.scaling, &seen);
         field.renewed = latched.now;
-        if !self.others.is_empty() {
-            self.keep_apart(p, latched);
+        if !others.is_empty() {
+            self.keep_apart(p, latched, others);
         }
     }
 
-    /// Adds the fields of other robots. Apart from [`Deliberation::avoid`], for its stack.
+    /// Adds the fields of other robots.
     #[inline(never)]
-    fn keep_apart(&mut self, p: &Parameters<S, SENSORS>, latched: &Latched<S>) {
-        self.others.forget(&p.separation, latched.now);
-        for other in self.others.seen_from(&p.separation, latched.pose, latched.now) {
-            let field = separation::field(&p.separation, &other);
-            let eligible = p.reaching.winner.eligible;
-            let inhibit = |place| field.activity(&p.separation, place);
-            self.standing.obstacles.value.add(&self.map, eligible, inhibit);
-        }
-    }
-
-    /// Leaves out what is another robot: no wall to be followed, it will be gone before it is gone round.
-    #[inline(never)]
-    fn leave_out_others(
-        &self,
+    fn keep_apart<const COUNT: usize>(
+        &mut self,
         p: &Parameters<S, SENSORS>,
         latched: &Latched<S>,
-        detections: &mut Vec<Polar<S>, SENSORS>,
+        others: &Others<S, COUNT>,
     ) {
-        let others = self.others.seen_from(&p.separation, latched.pose, latched.now);
-        detections.retain(|place| {
-            let point = place.to_point();
-            !others.iter().any(|other| other.is_at(&p.separation, point))
-        });
-    }
-
-    /// Takes over what another robot tells of itself; `here` is where this one is.
-    pub fn hear(&mut self, p: &Parameters<S, SENSORS>, here: Point<S>, now: Tick, report: &Report<S>) {
-        if p.separation.lifetime_ms > 0 && p.architecture == Architecture::Cooperative {
-            self.others.hear(here, now, report);
+        for other in others.seen_from(latched.pose, latched.now) {
+            let field = others.field(&other);
+            let inhibit = |place| field.activity(others.parameters(), place);
+            self.standing.obstacles.value.add(&self.map, p.reaching.winner.eligible, inhibit);
         }
-    }
-
-    /// The other robots that are known of.
-    #[must_use]
-    pub fn others(&self) -> &Others<S, OTHERS> {
-        &self.others
     }
 
     /// Keeps what is seen as points. Apart from [`Deliberation::avoid`], so that its stack is free again for the field.
@@ -259,14 +241,26 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
 
     /// Target reaching: the current checkpoint renews the target field (P2), or the command for it (P1).
     pub fn reach(&mut self, p: &Parameters<S, SENSORS>, latched: &Latched<S>) {
+        self.reach_among(p, latched, &Others::<S, 0>::NONE);
+    }
+
+    /// As [`Deliberation::reach`], among other robots: what they hide is no wall to be followed, it will be gone before
+    /// it is gone round.
+    #[inline]
+    pub fn reach_among<const COUNT: usize>(
+        &mut self,
+        p: &Parameters<S, SENSORS>,
+        latched: &Latched<S>,
+        others: &Others<S, COUNT>,
+    ) {
         self.heed_arrivals(latched);
         let seen = latched.target.map(|at| latched.pose.see(at));
         match p.architecture {
             Architecture::Cooperative => {
                 let field = seen.and_then(|target| {
                     let mut detections = detections(&p.proximity, &self.scan);
-                    if !self.others.is_empty() {
-                        self.leave_out_others(p, latched, &mut detections);
+                    if !others.is_empty() {
+                        others.leave_out(latched.pose, latched.now, &mut detections);
                     }
                     let period = p.reflex.schedule.target_period_ms;
                     let place = self.detour.direct(&p.detour, target, &detections, period);
@@ -305,7 +299,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             Command::default()
         } else {
             match p.architecture {
-                Architecture::Cooperative => self.integrate_fields(p, latched),
+                Architecture::Cooperative => self.integrate_fields(p, latched.pose),
                 Architecture::Fusion => match self.standing.avoidance {
                     Some(avoidance) => {
                         command_fusion::fuse(p.target_share, self.standing.reaching, avoidance)
@@ -317,9 +311,9 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         speeds(p, command)
     }
 
-    fn integrate_fields(&mut self, p: &Parameters<S, SENSORS>, latched: &Latched<S>) -> Command<S> {
+    fn integrate_fields(&mut self, p: &Parameters<S, SENSORS>, pose: Pose<S>) -> Command<S> {
         let Some(target) = self.standing.target.value else { return Command::default() };
-        let ways = self.ways(p, latched.pose, latched.now);
+        let ways = self.ways(p, pose);
         let decision = neural::integrate(
             &self.map,
             &p.neural,
@@ -327,7 +321,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             &p.scaling,
             &target,
             &self.standing.obstacles.value,
-            |place| way_inhibition(p, &ways, place),
+            |place| ways.inhibition(&p.sweep, place),
         );
         self.standing.decision = decision.unwrap_or_default();
         self.standing.decision.command
@@ -336,11 +330,9 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     /// What integration holds the ways to candidate places against, for a robot at `pose`.
     #[inline]
     #[must_use]
-    pub fn ways(&self, p: &Parameters<S, SENSORS>, pose: Pose<S>, now: Tick) -> Ways<S, SWEEP_POINTS> {
+    pub fn ways(&self, p: &Parameters<S, SENSORS>, pose: Pose<S>) -> Ways<S, SWEEP_POINTS> {
         let points = self.standing.points.iter().copied().chain(self.memory.seen_from(pose));
-        let others =
-            if self.others.is_empty() { Vec::new() } else { self.others.seen_from(&p.separation, pose, now) };
-        Ways::among(&p.sweep, p.scaling.reach_m(), points, others)
+        Ways::among(&p.sweep, p.scaling.reach_m(), points)
     }
 
     /// One training step ends, the next begins (P1 Eq. 6–8): the map learns from the way just made, then the
@@ -468,21 +460,6 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
 fn nearest<S: Scalar>(points: &[Point<S>]) -> S {
     let origin = Point { x_m: S::ZERO, y_m: S::ZERO };
     points.iter().fold(S::LIMIT, |nearest, point| nearest.min(origin.distance_to(*point)))
-}
-
-/// What the way to a place takes of a neuron: of obstacles and of other robots.
-#[inline]
-#[must_use]
-pub fn way_inhibition<S: Scalar, const SENSORS: usize>(
-    p: &Parameters<S, SENSORS>,
-    ways: &Ways<S, SWEEP_POINTS>,
-    place: Polar<S>,
-) -> S {
-    let obstacles = ways.of_obstacles(&p.sweep, place);
-    if ways.others().is_empty() {
-        return obstacles;
-    }
-    obstacles + ways.of_others(&p.separation, p.sweep.look_ahead, place)
 }
 
 /// A command as wheel speeds that the motors take.

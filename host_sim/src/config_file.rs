@@ -6,7 +6,7 @@ use std::path::Path;
 
 use controller_core::config::{
     Architecture, Config, ConfigError, CooperativeConfig, FusionConfig, LearningConfig, ReachingConfig,
-    RobotConfig, SafetyConfig, ScheduleConfig, SeparationConfig, ServoConfig,
+    RobotConfig, SafetyConfig, ScheduleConfig, ServoConfig,
 };
 use serde::{Deserialize, Serialize};
 
@@ -72,7 +72,6 @@ struct File {
     cooperative: CooperativeConfig,
     fusion: FusionConfig,
     safety: SafetyConfig,
-    separation: SeparationConfig,
     peers: PeerConfig,
 }
 
@@ -85,31 +84,9 @@ impl Default for File {
 impl From<Settings> for File {
     fn from(settings: Settings) -> Self {
         let Settings { core, peers } = settings;
-        let Config {
-            architecture,
-            robot,
-            servo,
-            schedule,
-            learning,
-            reaching,
-            cooperative,
-            fusion,
-            safety,
-            separation,
-        } = core;
-        Self {
-            architecture,
-            robot,
-            servo,
-            schedule,
-            learning,
-            reaching,
-            cooperative,
-            fusion,
-            safety,
-            separation,
-            peers,
-        }
+        let Config { architecture, robot, servo, schedule, learning, reaching, cooperative, fusion, safety } =
+            core;
+        Self { architecture, robot, servo, schedule, learning, reaching, cooperative, fusion, safety, peers }
     }
 }
 
@@ -125,21 +102,10 @@ impl From<File> for Settings {
             cooperative,
             fusion,
             safety,
-            separation,
             peers,
         } = file;
-        let core = Config {
-            architecture,
-            robot,
-            servo,
-            schedule,
-            learning,
-            reaching,
-            cooperative,
-            fusion,
-            safety,
-            separation,
-        };
+        let core =
+            Config { architecture, robot, servo, schedule, learning, reaching, cooperative, fusion, safety };
         Self { core, peers }
     }
 }

@@ -11,12 +11,13 @@ mod witness;
 
 use controller_core::config::Architecture;
 use controller_core::controller::Controller;
-use controller_core::deliberation::{SWEEP_POINTS, speeds, way_inhibition};
+use controller_core::deliberation::{SWEEP_POINTS, speeds};
 use controller_core::integration::ways::Ways;
 use controller_core::integration::{command_fusion, neural, sweep};
 use controller_core::kohonen::features::{Command, Features};
 use controller_core::kohonen::lattice::NeuronIndex;
 use controller_core::localisation::obstacle;
+use controller_core::localisation::separation::{Moving, OTHERS, Others};
 use controller_core::localisation::target::TargetField;
 use controller_core::reflex::Latched;
 use controller_core::safety::StopCause;
@@ -30,7 +31,7 @@ use crate::proximity_model::SENSORS;
 use crate::sil::{COLUMNS, Indirect, ROWS, Sil};
 
 use verdict::verdict;
-pub use witness::{ExplainError, explain};
+pub use witness::{ExplainError, explain, explain_in_fleet};
 
 /// The core that is explained.
 type Core<S> = Controller<S, Indirect<S>, COLUMNS, ROWS, SENSORS>;
@@ -53,8 +54,10 @@ pub struct NeuronActivity {
     pub place: Place,
     /// `a_i`: what the target field gives it.
     pub target: f32,
-    /// `Σ_j b_ij`: what the obstacle fields take.
+    /// `Σ_j b_ij`: what the fields of obstacles and other robots take.
     pub obstacles: f32,
+    /// Of it, what the fields of other robots take.
+    pub separation: f32,
     /// `e_i = a_i − Σ_j b_ij`, as it is ranked.
     pub activity: f32,
     /// What the way to its place takes.
@@ -70,6 +73,19 @@ pub struct Detection {
     pub sensor: usize,
     /// Where.
     pub place: Place,
+    /// How much of the winner its field takes; none where no neuron has won.
+    pub inhibits_winner: Option<f32>,
+}
+
+/// Another robot.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OtherRobot {
+    /// Where it is by now, as far as is known.
+    pub place: Place,
+    /// How it moves, in m/s, robot frame.
+    pub velocity_mps: Point<f32>,
+    /// How much its report still counts, 1 to 0.
+    pub weight: f32,
     /// How much of the winner its field takes; none where no neuron has won.
     pub inhibits_winner: Option<f32>,
 }
@@ -128,6 +144,8 @@ pub struct DecisionReport {
     pub detections: Vec<Detection>,
     /// Points that are remembered.
     pub remembered: Vec<Point<f32>>,
+    /// Other robots that are known of.
+    pub others: Vec<OtherRobot>,
     /// Every neuron that may win.
     pub neurons: Vec<NeuronActivity>,
     /// The winner k.
@@ -223,6 +241,8 @@ struct Moment<'a, S: Scalar> {
     parameters: &'a controller_core::config::Parameters<S, SENSORS>,
     latched: Latched<S>,
     ways: Ways<S, SWEEP_POINTS>,
+    others: heapless::Vec<Moving<S>, OTHERS>,
+    separation: &'a Others<S, OTHERS>,
 }
 
 /// Explains the command that `sil` has decided at tick `now`; that tick has just been run, and something was released
@@ -231,8 +251,9 @@ struct Moment<'a, S: Scalar> {
 pub fn decision_of<S: Scalar>(sil: &Sil<S>, now: Tick) -> DecisionReport {
     let (core, p) = (&sil.controller, &sil.parameters);
     let latched = core.reflex.latch(&p.reflex, now);
-    let ways = core.deliberation.ways(p, latched.pose, now);
-    let moment = Moment { core, parameters: p, latched, ways };
+    let ways = core.deliberation.ways(p, latched.pose);
+    let others = sil.others.seen_from(latched.pose, now);
+    let moment = Moment { core, parameters: p, latched, ways, others, separation: &sil.others };
     let mut report = moment.surroundings();
     if latched.target.is_some() {
         match p.architecture {
@@ -268,6 +289,16 @@ impl<S: Scalar> Moment<'_, S> {
                 .map(|(sensor, place)| Detection { sensor, place: Place::of(place), inhibits_winner: None })
                 .collect(),
             remembered: deliberation.memory().seen_from(pose).map(metres).collect(),
+            others: self
+                .others
+                .iter()
+                .map(|other| OtherRobot {
+                    place: Place::of(other.at.to_polar()),
+                    velocity_mps: metres(other.velocity_mps),
+                    weight: other.weight.to_f32(),
+                    inhibits_winner: None,
+                })
+                .collect(),
             neurons: Vec::new(),
             winner: None,
             runner_up: None,
@@ -297,6 +328,11 @@ impl<S: Scalar> Moment<'_, S> {
         obstacle::activity(field, centre, neuron.unfolded())
     }
 
+    /// What the field of another robot takes of a neuron.
+    fn separation(&self, other: &Moving<S>, neuron: Features<S>) -> S {
+        self.separation.field(other).activity(self.separation.parameters(), neuron.unfolded())
+    }
+
     /// What one obstacle point takes of a neuron because it is near the way to its place.
     fn point_inhibition(&self, point: Point<S>, neuron: Features<S>) -> S {
         let p = self.parameters;
@@ -308,7 +344,7 @@ impl<S: Scalar> Moment<'_, S> {
         let judge = |(index, place)| {
             let inhibition = self.core.obstacle_field().value.inhibition(index);
             let e = neural::activity(&p.neural.target, field, place, inhibition);
-            Judged { index, place, e, way: way_inhibition(p, &self.ways, p.scaling.place(place)) }
+            Judged { index, place, e, way: self.ways.inhibition(&p.sweep, p.scaling.place(place)) }
         };
         map.places(p.reaching.winner.eligible).map(judge).collect()
     }
@@ -320,6 +356,7 @@ impl<S: Scalar> Moment<'_, S> {
             place: Place::of(p.scaling.place(judged.place)),
             target: field.activity(&p.neural.target, judged.place).to_f32(),
             obstacles: self.core.obstacle_field().value.inhibition(judged.index).to_f32(),
+            separation: self.others.iter().map(|other| self.separation(other, judged.place).to_f32()).sum(),
             activity: judged.e.to_f32(),
             way: judged.way.to_f32(),
             total: judged.total().to_f32(),
@@ -352,6 +389,9 @@ impl<S: Scalar> Moment<'_, S> {
         let sensed: Vec<Polar<S>> = self.sensed().map(|(_, place)| place).collect();
         for (detection, place) in report.detections.iter_mut().zip(sensed) {
             detection.inhibits_winner = Some(self.field_inhibition(place, winner.place).to_f32());
+        }
+        for (told, other) in report.others.iter_mut().zip(&self.others) {
+            told.inhibits_winner = Some(self.separation(other, winner.place).to_f32());
         }
     }
 

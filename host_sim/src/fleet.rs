@@ -8,6 +8,7 @@
 //! and without company.
 
 use controller_core::config::{Architecture, Config};
+use controller_core::controller::Outputs;
 use controller_core::localisation::separation::Report;
 use controller_core::planning::checkpoint::Reached;
 use controller_core::scalar::Scalar;
@@ -30,6 +31,15 @@ pub const REPORT_PERIOD_MS: Tick = 256;
 const REPORT_SHIFT_MS: Tick = 64;
 /// Time from the measurement to the other robots, in ms.
 const REPORT_LATENCY_MS: u16 = 20;
+
+/// Whether robots know of each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Company {
+    /// They tell each other where they are, and keep apart.
+    Told,
+    /// Only sensors see the others, as they see any obstacle.
+    Silent,
+}
 
 /// A report on its way.
 struct Sent<S> {
@@ -59,6 +69,25 @@ pub fn run<S: Scalar>(
     architecture: Option<Architecture>,
     map: &HostMap<S, Indirect<S>>,
     options: MissionOptions,
+    company: Company,
+) -> Result<Vec<MissionResult>, SweepError> {
+    run_watched(scenario, base, architecture, map, (options, company), &mut |_, _, _, _| ())
+}
+
+/// Who looks on: hears of each robot, the tick, its controller after it and what that gave.
+pub type Watch<'a, S> = dyn FnMut(usize, Tick, &Sil<S>, &Outputs<f32>) + 'a;
+
+/// As [`run`], with someone who looks on.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_watched<S: Scalar>(
+    scenario: &Scenario,
+    base: &Config,
+    architecture: Option<Architecture>,
+    map: &HostMap<S, Indirect<S>>,
+    (options, company): (MissionOptions, Company),
+    watch: &mut Watch<S>,
 ) -> Result<Vec<MissionResult>, SweepError> {
     let config = mission::config_for(scenario, base, architecture.map(Contender::from));
     let scenarios: Vec<Scenario> =
@@ -71,9 +100,9 @@ pub fn run<S: Scalar>(
         let mission = Mission::begin(scenario, controller, &config, seed)?;
         members.push(Member { mission, world: scenario.world.clone(), arriving: None, done: false });
     }
-    let mut fleet = Fleet { members, sent: Vec::new(), sample_ms: options.sample_ms };
+    let mut fleet = Fleet { members, sent: Vec::new(), company, sample_ms: options.sample_ms };
     while fleet.members.iter().any(|member| !member.done) && fleet.time_s() < scenario.time_limit_s {
-        fleet.tick()?;
+        fleet.tick(watch)?;
     }
     let results = fleet.members.into_iter().zip(seeds);
     Ok(results.map(|(member, seed)| member.mission.result(seed, member.done)).collect())
@@ -88,10 +117,12 @@ pub fn run_all<S: Scalar>(
     base: &Config,
     architecture: Option<Architecture>,
     maps: &Maps<S, Indirect<S>>,
-    plan: &SweepPlan,
+    (plan, company): (&SweepPlan, Company),
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Vec<MissionResult>>, SweepError> {
-    sweep::for_all(maps, plan, progress, |map, options| run(scenario, base, architecture, map, options))
+    let run =
+        |map: &HostMap<S, Indirect<S>>, options| run(scenario, base, architecture, map, options, company);
+    sweep::for_all(maps, plan, progress, run)
 }
 
 /// The figures of many runs of several robots.
@@ -143,6 +174,7 @@ fn straight_m(scenario: &Scenario, robot: usize) -> f64 {
 struct Fleet<'a, S: Scalar> {
     members: Vec<Member<'a, S>>,
     sent: Vec<Sent<S>>,
+    company: Company,
     sample_ms: u64,
 }
 
@@ -151,15 +183,18 @@ impl<'a, S: Scalar> Fleet<'a, S> {
         self.members.first().map_or(f64::INFINITY, |member| member.mission.simulation.time_s())
     }
 
-    fn tick(&mut self) -> Result<(), SweepError> {
+    fn tick(&mut self, watch: &mut Watch<S>) -> Result<(), SweepError> {
         let now = self.members.first().map_or(0, |member| member.mission.simulation.tick());
-        self.send(now);
-        self.deliver(now);
+        if self.company == Company::Told {
+            self.send(now);
+            self.deliver(now);
+        }
         let mut decided = Vec::with_capacity(self.members.len());
         for robot in 0..self.members.len() {
             let member = self.surrounded(robot);
             member.mission.replace_checkpoints()?;
             let Ok(outputs) = member.mission.simulation.decide_in(&member.world);
+            watch(robot, now, &member.mission.simulation.controller, &outputs);
             decided.push(outputs);
         }
         let sample_ms = self.sample_ms;
@@ -205,8 +240,7 @@ impl<'a, S: Scalar> Fleet<'a, S> {
         for Sent { from, report, .. } in due {
             for (to, member) in self.members.iter_mut().enumerate() {
                 if to != from {
-                    let Sil { parameters, controller } = &mut member.mission.simulation.controller;
-                    controller.hear(parameters, now, &report);
+                    member.mission.simulation.controller.hear(now, &report);
                 }
             }
         }

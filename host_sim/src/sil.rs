@@ -9,6 +9,9 @@ use controller_core::config::{Config, ConfigError, Parameters};
 use controller_core::controller::{Controller, Inputs, Mode, Outputs};
 use controller_core::kohonen::map::Map;
 use controller_core::kohonen::output::{ControlMatrix, Output};
+use controller_core::localisation::separation::{
+    OTHERS, Others, Report, SeparationConfig, SeparationParameters,
+};
 use controller_core::planning::checkpoint::CheckpointError;
 use controller_core::scalar::Scalar;
 use controller_core::schedule::{Schedule, Tick};
@@ -120,15 +123,31 @@ pub struct Sil<S: Scalar, O: Output<S> = Indirect<S>> {
     pub parameters: Parameters<S, SENSORS>,
     /// The controller.
     pub controller: Controller<S, O, COLUMNS, ROWS, SENSORS>,
+    /// Other robots that it has been told of; nobody where there is one alone.
+    pub others: Others<S, OTHERS>,
 }
 
 impl<S: Scalar, O: Output<S>> Sil<S, O> {
+    fn with(
+        config: &Config,
+        controller: Controller<S, O, COLUMNS, ROWS, SENSORS>,
+    ) -> Result<Self, ConfigError> {
+        let separation = SeparationParameters::new(&SeparationConfig::default(), config);
+        Ok(Self { parameters: config.build()?, controller, others: Others::new(separation) })
+    }
+
+    /// Takes over what another robot tells of itself; command fusion has no use for it.
+    pub fn hear(&mut self, now: Tick, report: &Report<S>) {
+        self.others.forget(now);
+        self.others.hear(self.controller.pose(&self.parameters).position(), now, report);
+    }
+
     /// A controller with an untrained map.
     ///
     /// # Errors
     /// If the configuration cannot be used.
     pub fn untrained(config: &Config) -> Result<Self, ConfigError> {
-        Ok(Self { parameters: config.build()?, controller: Controller::default() })
+        Self::with(config, Controller::default())
     }
 
     /// A controller with a map that was trained for `steps` steps.
@@ -136,7 +155,7 @@ impl<S: Scalar, O: Output<S>> Sil<S, O> {
     /// # Errors
     /// If the configuration cannot be used.
     pub fn trained(config: &Config, map: HostMap<S, O>, steps: u32) -> Result<Self, ConfigError> {
-        Ok(Self { parameters: config.build()?, controller: Controller::new(map, steps) })
+        Self::with(config, Controller::new(map, steps))
     }
 }
 
@@ -154,7 +173,14 @@ impl<S: Scalar, O: Output<S>> ControllerPort for Sil<S, O> {
     // So that inputs and outputs need not be built in memory.
     #[inline(always)]
     fn step(&mut self, now: Tick, inputs: &Inputs<f32, SENSORS>) -> Result<Outputs<f32>, Infallible> {
-        Ok(self.controller.step(&self.parameters, now, &inputs.converted()).to_f32())
+        let inputs = inputs.converted();
+        let outputs = if self.others.is_empty() {
+            self.controller.step(&self.parameters, now, &inputs)
+        } else {
+            self.others.forget(now);
+            self.controller.step_among(&self.parameters, now, &inputs, &self.others)
+        };
+        Ok(outputs.to_f32())
     }
 
     fn schedule(&self) -> Schedule {

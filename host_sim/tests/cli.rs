@@ -608,7 +608,7 @@ fn explain_says_why_in_text_json_and_picture() {
     assert_eq!(decision["winner"]["total"].as_f64(), best.reduce(f64::max));
     let fused = [&base[..], &["--at", "2", "--controller", "fusion"]].concat();
     assert!(ok(folder.path(), &fused).contains("target's share 0.42"));
-    assert_refused(folder.path(), &base, &["--at", "--tick"]);
+    assert_refused(folder.path(), &base, &["--at <SECONDS>"]);
     assert_refused(folder.path(), &[&base[..], &["--at", "-3"]].concat(), &["-3"]);
     let late = [&base[..], &["--at", "100000"]].concat();
     assert_refused(folder.path(), &late, &["100000000", "earlier"]);

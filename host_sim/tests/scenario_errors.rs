@@ -46,6 +46,9 @@ to = [1.0, 0.4]
 at_s = 3
 "#;
 
+/// Its only wall.
+const WALL: &str = "line = [[0.0, 0.0], [1.2, 0.0], [1.2, 1.0], [0.0, 1.0], [0.0, 0.0]]";
+
 /// The complaint about the sound scenario with `from` exchanged for `to`.
 #[track_caller]
 fn complaint(from: &str, to: &str) -> ScenarioError {
@@ -324,4 +327,29 @@ fn a_replacement_names_an_existing_checkpoint_and_one_trigger() {
         "replace[0]",
         &["`checkpoints` instead of `plan`"],
     );
+}
+
+#[test]
+fn further_robots_need_a_goal_and_room() {
+    let robot = |keys: &str| format!("[[walls]]\n{WALL}\n[[robots]]\n{keys}\n");
+    let refused_robot = |keys: &str, key: &str, parts: &[&str]| {
+        refused(&format!("[[walls]]\n{WALL}\n"), &robot(keys), key, parts);
+    };
+    refused_robot("start = [0.4, 0.2]", "robots[0]", &["where the robot goes", "goal = [x, y]"]);
+    refused_robot(
+        "start = [0.25, 0.5]\ngoal = [0.2, 0.2]",
+        "robots[0].start",
+        &["[0.25, 0.5]", "0.0500", "0.0600"],
+    );
+    refused_robot("start = [0.4, 0.2]\ngoal = [0.9, 0.53]", "robots[0].goal", &["0.0300", "move them apart"]);
+    refused_robot("start = [0.7, 0.3]\ngoal = [0.2, 0.2]", "robots[0].start", &["inside"]);
+    refused_robot("start = [0.4, 0.2]\ngoal = [0.7, 0.3]", "robots[0].goal", &["inside"]);
+    let sound = SOUND.replace("[[walls]]", "[[robots]]\nstart = [0.4, 0.2]\ngoal = [0.2, 0.2]\n[[walls]]");
+    let scenario = Scenario::parse(FILE, &sound).unwrap();
+    assert_eq!(scenario.robot_count(), 2);
+    let second = scenario.of_robot(1);
+    let place = |x, y| nalgebra::Point2::new(x, y);
+    assert_eq!((second.start.position, second.goal()), (place(0.4, 0.2), Some(place(0.2, 0.2))));
+    assert_eq!(second.robot_count(), 1);
+    assert_eq!(scenario.of_robot(0).start, scenario.start);
 }

@@ -75,7 +75,7 @@ fn world() -> impl Strategy<Value = World> {
         permanent,
         timed,
         movers,
-        bodies: Vec::new(),
+        ..World::default()
     })
 }
 

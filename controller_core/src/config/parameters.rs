@@ -327,15 +327,6 @@ parameters! {
     cooperative.opening_give_up_ms: u16, "ms", 0.0, 65_000.0 => "between 0 and 65,000 ms";
     cooperative.open_cruise_share: f32, "1", 0.0, 100.0 => "0 (as cruise_share) or a share of the reach";
     cooperative.open_room_m: f32, "m", 1e-3, 20.0 => "between 1 mm and 20 m";
-
-    separation.lifetime_ms: u16, "ms", 0.0, 60_000.0 => "between 0 and 60,000 ms";
-    separation.horizon_ms: u16, "ms", 0.0, 60_000.0 => "between 0 and 60,000 ms";
-    separation.amplitude: f32, "1", 0.0, 8.0 => "between 0 and 8";
-    separation.bearing_sigma_rad: f32, "rad", 0.01, 100.0 => "between 0.01 and 100 rad";
-    separation.gap_sigma_m: f32, "m", 1e-3, 100.0 => "between 1 mm and 100 m";
-    separation.keep_right_rad: f32, "rad", -1.6, 1.6 => "between -π/2 (keeps to the left) and π/2";
-    separation.margin_m: f32, "m", 5e-4, 1.0 => "between 0.5 mm and 1 m";
-    separation.strength: f32, "1", 0.0, 1000.0 => "between 0 and 1000";
 }
 
 const _: () = assert!(PARAMETER_COUNT <= 255, "the link numbers parameters in a byte");

@@ -25,27 +25,6 @@ pub struct SweepParameters<S> {
 /// Points of the arc that are checked after the start.
 const CHORDS: i32 = 4;
 
-/// The points that are checked on the arc to `place`, from the robot on, and the share of a step that lies between two.
-#[inline]
-pub(crate) fn way<S: Scalar>(place: Polar<S>, share: S) -> (impl Iterator<Item = Point<S>>, S) {
-    let half_turn = place.bearing_rad;
-    // Arc length of a chord: d · α / sin α, as a series that holds within 1 % up to 90°.
-    let square = half_turn * half_turn;
-    let stretch = S::ONE + square * (S::from_f32(1.0 / 6.0) + square * S::from_f32(0.022));
-    let chords = S::from_i32(CHORDS);
-    let length = place.distance_m * stretch * share / chords;
-    let turn = (half_turn + half_turn) * share / chords;
-    let mut at = Point { x_m: S::ZERO, y_m: S::ZERO };
-    let mut heading = turn * S::HALF;
-    let points = (0..CHORDS).map(move |_| {
-        let (sin, cos) = heading.sin_cos();
-        at = Point { x_m: at.x_m + length * cos, y_m: at.y_m + length * sin };
-        heading += turn;
-        at
-    });
-    (points, share / chords)
-}
-
 /// The lack of clearance on the way to `place`, as inhibition ≥ 0.
 ///
 /// Only points that the way comes *nearer* to count: a robot that stands too close may always leave.
@@ -54,11 +33,22 @@ pub fn inhibition<'a, S: Scalar>(
     place: Polar<S>,
     obstacles: impl Iterator<Item = &'a Point<S>> + Clone,
 ) -> S {
+    let (share, half_turn) = (p.look_ahead, place.bearing_rad);
+    // Arc length of a chord: d · α / sin α, as a series that holds within 1 % up to 90°.
+    let square = half_turn * half_turn;
+    let stretch = S::ONE + square * (S::from_f32(1.0 / 6.0) + square * S::from_f32(0.022));
+    let chords = S::from_i32(CHORDS);
+    let length = place.distance_m * stretch * share / chords;
+    let turn = (half_turn + half_turn) * share / chords;
     let safe = p.body_radius_m + p.margin_m;
     let safe_square = safe * safe;
+    let mut at = Point { x_m: S::ZERO, y_m: S::ZERO };
+    let mut heading = turn * S::HALF;
     let mut worst = S::ZERO;
-    let (way, _) = way(place, p.look_ahead);
-    for at in way {
+    for _ in 0..CHORDS {
+        let (sin, cos) = heading.sin_cos();
+        at = Point { x_m: at.x_m + length * cos, y_m: at.y_m + length * sin };
+        heading += turn;
         for obstacle in obstacles.clone() {
             let (dx, dy) = (obstacle.x_m - at.x_m, obstacle.y_m - at.y_m);
             if dx.abs() >= safe || dy.abs() >= safe || dx * dx + dy * dy >= safe_square {

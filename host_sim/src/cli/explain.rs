@@ -9,12 +9,13 @@ use host_sim::explanation::{self, Explanation, NeuronActivity, Place};
 use host_sim::figure::draw_decision;
 use host_sim::map_store::StoredScalar;
 use host_sim::mission::{MissionOptions, MissionResult};
+use host_sim::scenario::Scenario;
 use host_sim::sil::Indirect;
 use serde_json::json;
 
 use super::args::{LearningArgs, SavedMapArgs, ScalarArg};
 use super::error::{CliError, Outcome};
-use super::learning::{configuration, learn, load_map, load_scenario, training_plan};
+use super::learning::{configuration, learn, load_any_scenario, load_map, training_plan};
 use super::output::{OutputFolder, print, print_json};
 use super::single_run::{result_json, stop_text};
 use super::table::{facts, table};
@@ -28,6 +29,7 @@ Examples:
   host_sim explain p2_fig6 --at 12.5            the decision that stood 12.5 s after the start
   host_sim explain p2_fig6 --tick 12500 --out why.svg
   host_sim explain p1_fig8 --controller fusion --at 6 --json
+  host_sim explain robots_crossing --robot 2 --at 6
 
 The run is that of `run` with the same options, and all numbers are those of the controller that drove.")]
 pub struct ExplainArgs {
@@ -39,6 +41,9 @@ pub struct ExplainArgs {
     /// The moment, in ticks of a millisecond
     #[arg(long, value_name = "N", conflicts_with = "at")]
     pub tick: Option<u64>,
+    /// Which of several robots, counted from 1
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub robot: usize,
     /// How target reaching and obstacle avoidance are integrated; default: as the scenario says
     #[arg(long, value_enum)]
     pub controller: Option<Contender>,
@@ -76,7 +81,8 @@ pub fn explain(args: &ExplainArgs) -> Result<Outcome, CliError> {
 
 fn explain_in<S: StoredScalar>(args: &ExplainArgs) -> Result<Outcome, CliError> {
     let config = configuration(&args.learning)?;
-    let scenario = load_scenario(&args.scenario)?;
+    let scenario = load_any_scenario(&args.scenario)?;
+    let robot = robot_of(args, &scenario)?;
     let loaded = load_map::<S>(&args.saved, &config)?;
     let file = args.out.as_deref().map(OutputFolder::for_file).transpose()?;
     let controller = args.controller.unwrap_or_else(|| Contender::of(&scenario));
@@ -94,12 +100,18 @@ fn explain_in<S: StoredScalar>(args: &ExplainArgs) -> Result<Outcome, CliError> 
         let message = format!("{name} has no fields to explain; choose --controller cooperative or fusion");
         return Err(CliError::Request(message));
     }
-    let (explanation, result) = explanation::explain(&scenario, &config, architecture, &map, options, tick)?;
+    let (explanation, result) = if scenario.robot_count() > 1 {
+        let moment = (robot, tick);
+        explanation::explain_in_fleet(&scenario, &config, architecture, &map, options, moment)?
+    } else {
+        explanation::explain(&scenario, &config, architecture, &map, options, tick)?
+    };
     let figure = || draw_decision(&explanation, &config);
     let file = file.map(|(folder, name)| folder.write(&name, figure().as_bytes())).transpose()?;
     if args.json {
         print_json(&json!({
             "scenario": scenario.name,
+            "robot": args.robot,
             "seed": plan.seed,
             "scalar": S::NAME,
             "controller": controller.name(),
@@ -109,8 +121,9 @@ fn explain_in<S: StoredScalar>(args: &ExplainArgs) -> Result<Outcome, CliError> 
         }))?;
         return Ok(Outcome::Ok);
     }
+    let who = if scenario.robot_count() > 1 { format!(", robot {}", args.robot) } else { String::new() };
     let run = format!(
-        "{}, seed {}, scalar {}, controller {}: {}",
+        "{}{who}, seed {}, scalar {}, controller {}: {}",
         scenario.name,
         plan.seed,
         S::NAME,
@@ -120,6 +133,16 @@ fn explain_in<S: StoredScalar>(args: &ExplainArgs) -> Result<Outcome, CliError> 
     print(&format!("{}{}", facts([("run", run)]), text(&explanation, args.all)))?;
     file.map_or(Ok(()), |file| print(&format!("wrote {file}\n")))?;
     Ok(Outcome::Ok)
+}
+
+/// The robot that was asked for, counted from 0.
+fn robot_of(args: &ExplainArgs, scenario: &Scenario) -> Result<usize, CliError> {
+    let count = scenario.robot_count();
+    args.robot.checked_sub(1).filter(|&robot| robot < count).ok_or_else(|| {
+        let message =
+            format!("--robot {}: {} has robots 1 to {count}; name one of them", args.robot, scenario.name);
+        CliError::Request(message)
+    })
 }
 
 fn outcome(result: &MissionResult) -> String {
@@ -169,7 +192,13 @@ fn text(explanation: &Explanation, all: bool) -> String {
     for sentence in &decision.verdict {
         lines.push(("why", sentence.clone()));
     }
-    format!("{}\n{}{}", facts(lines), detections(explanation), neurons(explanation, all))
+    format!(
+        "{}\n{}{}{}",
+        facts(lines),
+        detections(explanation),
+        others(explanation),
+        neurons(explanation, all)
+    )
 }
 
 fn moment(explanation: &Explanation) -> String {
@@ -216,6 +245,26 @@ fn detections(explanation: &Explanation) -> String {
             format!("{:.1}", detection.place.distance_m * 100.0),
             format!("{:.0}", detection.place.bearing_rad.to_degrees()),
             detection.inhibits_winner.map_or_else(|| String::from("-"), |part| format!("{part:.4}")),
+        ]);
+    }
+    format!("{}\n", table(&rows))
+}
+
+fn others(explanation: &Explanation) -> String {
+    let others = &explanation.decision.others;
+    if others.is_empty() {
+        return String::new();
+    }
+    let mut rows = vec![
+        ["other robot at cm", "°", "cm/s ahead", "to the left", "takes of winner"].map(String::from).to_vec(),
+    ];
+    for other in others {
+        rows.push(vec![
+            format!("{:.1}", other.place.distance_m * 100.0),
+            format!("{:.0}", other.place.bearing_rad.to_degrees()),
+            format!("{:.1}", other.velocity_mps.x_m * 100.0),
+            format!("{:.1}", other.velocity_mps.y_m * 100.0),
+            other.inhibits_winner.map_or_else(|| String::from("-"), |part| format!("{part:.4}")),
         ]);
     }
     format!("{}\n", table(&rows))

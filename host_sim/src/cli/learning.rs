@@ -35,9 +35,10 @@ pub fn settings_of(config: Option<&Path>) -> Result<Settings, CliError> {
     Ok(config.map_or_else(|| Ok(Settings::default()), config_file::load)?)
 }
 
-/// A scenario that can be run: where it is to be planned, there is a plan, so that nobody waits for nothing.
+/// A scenario of one robot that can be run: where it is to be planned, there is a plan, so that nobody waits for
+/// nothing.
 pub fn load_scenario(name_or_path: &str) -> Result<Scenario, CliError> {
-    let scenario = Scenario::load(name_or_path)?;
+    let scenario = load_any_scenario(name_or_path)?;
     if scenario.robot_count() > 1 {
         let message = format!(
             "{name_or_path}: [[robots]]: this command drives one robot; use `evaluate robots {name_or_path}`, or take \
@@ -45,6 +46,12 @@ pub fn load_scenario(name_or_path: &str) -> Result<Scenario, CliError> {
         );
         return Err(CliError::Request(message));
     }
+    Ok(scenario)
+}
+
+/// As [`load_scenario`], with any number of robots.
+pub fn load_any_scenario(name_or_path: &str) -> Result<Scenario, CliError> {
+    let scenario = Scenario::load(name_or_path)?;
     if matches!(scenario.route, Route::Planned { .. }) {
         route_planner::plan(&scenario, scenario.start.position, 0.0)?;
     }

@@ -1,8 +1,9 @@
 use controller_core::config::{Architecture, Config};
-use controller_core::controller::Mode;
+use controller_core::controller::{Mode, Outputs};
 use controller_core::scalar::{Fixed, Scalar};
 
 use super::{DecisionReport, decision_of, explain, wheels};
+use crate::fleet::{Company, run_watched};
 use crate::khepera::{KheperaModel, TruePose};
 use crate::mission::{self, MissionOptions};
 use crate::number::narrow_point;
@@ -77,6 +78,26 @@ fn check_fusion<S: Scalar>() {
 fn command_fusion_is_its_two_commands() {
     check_fusion::<f32>();
     check_fusion::<Fixed>();
+}
+
+#[test]
+fn other_robots_are_part_of_the_decision() {
+    let scenario = Scenario::builtin("robots_crossing").unwrap();
+    let (config, map, options) = (Config::default(), map::<f32>(), MissionOptions { seed: 1, sample_ms: 0 });
+    let (mut apart, mut checked) = (0, 0);
+    let mut watch = |_: usize, tick, sil: &Sil<f32>, outputs: &Outputs<f32>| {
+        if outputs.released.avoidance && sil.controller.checkpoints().remaining() > 0 && tick < 12_000 {
+            let report = decision_of(sil, tick);
+            assert_eq!(report.winner.unwrap().neuron, sil.controller.decision().winner, "tick {tick}");
+            assert_eq!(report.command.map(f32::to_bits), wheels(outputs.command.value).map(f32::to_bits));
+            let own = report.field.unwrap().winner;
+            let own = report.neurons.iter().find(|neuron| neuron.neuron == own).unwrap();
+            apart += u32::from(own.separation > 0.001 && report.winner.unwrap().neuron != own.neuron);
+            checked += 1;
+        }
+    };
+    run_watched(&scenario, &config, None, &map, (options, Company::Told), &mut watch).unwrap();
+    assert!(apart > 20 && checked > 200, "{apart} of {checked}");
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! What decided, in words.
 
 use controller_core::kohonen::lattice::NeuronIndex;
+use controller_core::localisation::separation::Moving;
 use controller_core::scalar::Scalar;
-use controller_core::units::Point;
+use controller_core::units::{Point, Polar};
 
 use super::{DecisionReport, Moment, NeuronActivity, Place};
 
@@ -74,24 +75,32 @@ fn against(moment: &Moment<impl Scalar>, winner: &NeuronActivity, second: &Neuro
 fn lost<S: Scalar>(moment: &Moment<S>, neuron: &NeuronActivity) -> String {
     let place = moment.core.map().place(neuron.neuron);
     let who = name(neuron.neuron);
-    let larger = |a: (Place, f32), b: (Place, f32)| if b.1 > a.1 { b } else { a };
-    if neuron.way > neuron.obstacles {
-        let to =
-            |&point: &Point<S>| (Place::of(point.to_polar()), moment.point_inhibition(point, place).to_f32());
-        let nearest = moment.ways.points().iter().map(to).reduce(larger);
-        let nearest = nearest.map_or_else(String::new, |(place, _)| format!(" {}", at(place)));
-        return format!(
-            "{who}, lost {:.4} because its way passes too near to the obstacle{nearest}",
-            neuron.way
-        );
+    let (fields, ways) = (neuron.obstacles - neuron.separation, neuron.way);
+    let most = fields.max(ways).max(neuron.separation);
+    if most <= 0.0 {
+        format!("{who}, lost nothing to obstacles")
+    } else if ways >= most {
+        let points = moment.ways.points().iter();
+        let to = |point: &Point<S>| (point.to_polar(), moment.point_inhibition(*point, place));
+        format!(
+            "{who}, lost {ways:.4} because its way passes too near to the obstacle{}",
+            worst(points.map(to))
+        )
+    } else if neuron.separation >= most {
+        let to = |other: &Moving<S>| (other.at.to_polar(), moment.separation(other, place));
+        format!(
+            "{who}, lost {most:.4} to the fields of other robots, most to the one{}",
+            worst(moment.others.iter().map(to))
+        )
+    } else {
+        let to = |(_, sensed)| (sensed, moment.field_inhibition(sensed, place));
+        let at = worst(moment.sensed().map(to));
+        format!("{who}, lost {fields:.4} to obstacle fields, most to the obstacle{at}")
     }
-    let to = |(_, sensed)| (Place::of(sensed), moment.field_inhibition(sensed, place).to_f32());
-    match moment.sensed().map(to).reduce(larger).filter(|_| neuron.obstacles > 0.0) {
-        Some((place, share)) => format!(
-            "{who}, lost {:.4} to obstacle fields, {share:.4} of it to the obstacle {}",
-            neuron.obstacles,
-            at(place)
-        ),
-        None => format!("{who}, lost nothing to obstacles"),
-    }
+}
+
+/// Where the one is that takes most.
+fn worst<S: Scalar>(each: impl Iterator<Item = (Polar<S>, S)>) -> String {
+    let worst = each.reduce(|a, b| if b.1 > a.1 { b } else { a });
+    worst.map_or_else(String::new, |(place, _)| format!(" {}", at(Place::of(place))))
 }

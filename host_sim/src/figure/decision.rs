@@ -43,7 +43,15 @@ pub fn draw_decision(explanation: &Explanation, robot: &Config) -> String {
     let mut document = canvas.titled_document(&title, &under);
     document = document.add(draw_neurons(&canvas, &decision.neurons));
     document = draw_obstacles(&canvas, document, explanation);
-    document = document.add(draw_body(&canvas, f64::from(robot.robot.body_radius_m)));
+    let radius_m = f64::from(robot.robot.body_radius_m);
+    for other in &decision.others {
+        let place = position(other.place);
+        if shown(place, shown_m) == place {
+            let body = circle(&canvas, place, radius_m).set("fill", SECOND).set("fill-opacity", 0.15);
+            document = document.add(body.set("stroke", SECOND).set("stroke-width", 2));
+        }
+    }
+    document = document.add(draw_body(&canvas, radius_m));
     document = document.add(draw_arc(&canvas, explanation.decision.command, robot, step_s));
     for (neuron, colour) in [(decision.runner_up, SECOND), (decision.winner, WINNER)] {
         if let Some(neuron) = neuron {
@@ -83,12 +91,15 @@ fn entries(explanation: &Explanation) -> Vec<(Mark, String)> {
         add(Mark::Dot(INHIBITED), "inhibited neuron");
     }
     if decision.winner.is_some() {
-        add(Mark::Ring(WINNER), "winner");
-        add(Mark::Ring(SECOND), "second");
+        add(Mark::Ring(WINNER), "winner neuron");
+        add(Mark::Ring(SECOND), "second neuron");
     }
     add(Mark::Stroke(ARC), "way of the command");
     add(Mark::Dot(MOVING), "detection");
     add(Mark::Hollow(UNFORESEEN), "remembered point");
+    if !decision.others.is_empty() {
+        add(Mark::Ring(SECOND), "other robot");
+    }
     add(Mark::Dot(CHECKPOINT), "target, at the edge if far");
     if decision.field.is_some() {
         add(Mark::Triangle(CHECKPOINT), "where the map is aimed");

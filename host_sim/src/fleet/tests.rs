@@ -1,7 +1,7 @@
 use controller_core::config::Config;
 use nalgebra::Point2;
 
-use super::run;
+use super::{Company, run};
 use crate::mission::MissionOptions;
 use crate::scenario::Scenario;
 use crate::sil::{HostMap, Indirect};
@@ -18,7 +18,7 @@ const OPTIONS: MissionOptions = MissionOptions { seed: 5, sample_ms: 1 };
 #[test]
 fn bodies_never_overlap_and_all_arrive() {
     let scenario = Scenario::builtin("robots_crossing").unwrap();
-    let results = run(&scenario, &Config::default(), None, &map(), OPTIONS).unwrap();
+    let results = run(&scenario, &Config::default(), None, &map(), OPTIONS, Company::Told).unwrap();
     assert_eq!(results.len(), 4);
     assert!(results.iter().all(|result| result.success), "{results:?}");
     let place = |robot: usize, at: usize| {
@@ -42,9 +42,8 @@ fn robots_that_touch_are_seen_to_touch() {
     let text = text.replace("jitter = { position_m = 0.02, heading_deg = 20 }", "");
     let scenario = Scenario::parse("test", &text).unwrap();
     let mut config = Config::default();
-    config.separation.lifetime_ms = 0;
     config.robot.sensor_range_m = 0.01;
-    let results = run(&scenario, &config, None, &map(), OPTIONS).unwrap();
+    let results = run(&scenario, &config, None, &map(), OPTIONS, Company::Silent).unwrap();
     assert!(results.iter().map(|result| result.contacts).sum::<u32>() > 0);
     assert!(results.iter().any(|result| !result.success));
     for at in 0..results[0].samples.len().min(results[1].samples.len()) {
@@ -62,7 +61,7 @@ fn a_robot_out_of_reach_of_the_others_drives_as_if_alone() {
     let text = text.replace("goal = [0.1, 0.1]", "goal = [4.0, 0.1]");
     let scenario = Scenario::parse("test", &text).unwrap();
     let (config, map) = (Config::default(), map());
-    let together = run(&scenario, &config.clone().into(), None, &map, OPTIONS).unwrap();
+    let together = run(&scenario, &config, None, &map, OPTIONS, Company::Told).unwrap();
     let alone = sweep::run_one(&scenario.of_robot(0), &config.clone().into(), None, &map, OPTIONS).unwrap();
     let (first, log) = (&together[0], alone.samples.len().min(together[0].samples.len()));
     assert_eq!(first.samples[..log], alone.samples[..log]);

@@ -1,4 +1,5 @@
-//! The scenarios that are part of the program: one for every experiment figure of the papers, and some of several robots.
+//! The scenarios that are part of the program: one for every experiment figure of the papers, and some of several
+//! robots.
 
 use super::error::{ScenarioError, most_similar};
 

@@ -3,10 +3,9 @@
 use clap::Args;
 use std::path::PathBuf;
 
-use controller_core::config::Config;
 use controller_core::scalar::Fixed;
 use host_sim::figure::draw_run;
-use host_sim::fleet::{self, FleetSummary};
+use host_sim::fleet::{self, Company, FleetSummary};
 use host_sim::map_store::StoredScalar;
 use host_sim::mission::MissionResult;
 use host_sim::run_log;
@@ -32,7 +31,7 @@ const DRAWN_RUNS: usize = 6;
 Examples:
   host_sim evaluate robots                      all built-in scenes, 100 runs each
   host_sim evaluate robots robots_crossing --runs 500 --out fig
-  host_sim evaluate robots my.toml --config my_separation.toml
+  host_sim evaluate robots my.toml
 
 A scene of several robots has [[robots]] tables beside [robot]; `scenarios robots_crossing --print` shows one.")]
 pub struct EvaluateRobotsArgs {
@@ -117,9 +116,10 @@ fn robots_in<S: StoredScalar>(args: &EvaluateRobotsArgs) -> Result<Outcome, CliE
     for scenario in &scenes {
         for separated in [true, false] {
             let bar = Progress::new("runs", u64::from(args.runs));
-            let config = if separated { config.clone() } else { without_separation(&config) };
-            let runs =
-                pool.install(|| fleet::run_all(scenario, &config, None, &maps, &sweep, &|| bar.advance()))?;
+            let company = if separated { Company::Told } else { Company::Silent };
+            let runs = pool.install(|| {
+                fleet::run_all(scenario, &config, None, &maps, (&sweep, company), &|| bar.advance())
+            })?;
             let summary = fleet::summarise(scenario, &runs);
             rows.push(Row { scenario: scenario.clone(), separated, runs, summary });
         }
@@ -142,12 +142,6 @@ fn robots_in<S: StoredScalar>(args: &EvaluateRobotsArgs) -> Result<Outcome, CliE
     let required = f64::from(args.require.unwrap_or(0));
     let enough = |row: &Row| !row.separated || row.summary.success.share() * 100.0 >= required;
     Ok(if rows.iter().all(enough) { Outcome::Ok } else { Outcome::RobotFailed })
-}
-
-fn without_separation(config: &Config) -> Config {
-    let mut config = config.clone();
-    config.separation.lifetime_ms = 0;
-    config
 }
 
 impl Row {
