@@ -3,8 +3,9 @@
 //! The reference searches a lattice with 32 directions (all coprime steps up to 3 each way) and asks the simulator's
 //! shapes, not a raster, whether the disc fits. It is the longer way by at most 1.4 % in the open and by about a
 //! lattice step at corners, so that a plan within a few percent of it is within 10 % of the shortest way.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests, which clippy.toml cannot know")]
 
-use std::cmp::Reverse;
+use core::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 use std::path::{Path, PathBuf};
 
