@@ -127,6 +127,21 @@ fn plans_on_a_moving_ai_map_exist_and_are_short() {
     assert!(worst(&ratios) <= 1.05, "{ratios:?}");
 }
 
+/// The way of a point over the middles of cells leaves the body more than its margin, so that it bounds the shortest.
+/// These are the problems of the set at which a single plan took the wrong side.
+#[test]
+fn plans_are_hardly_longer_than_the_best_way_over_the_cells() {
+    let map = moving_ai::load_map(&data("random-32-32-10.map"), 0.1).unwrap();
+    let problems = moving_ai::load_problems(&data("random-32-32-10.scen"), &map).unwrap();
+    let ground = Ground::new(map).unwrap();
+    let place = |(column, row): (usize, usize)| ground.map.middle(column, ground.map.rows - 1 - row);
+    for problem in &problems {
+        let (from, goal) = (place(problem.start), place(problem.goal));
+        let length = ground.route(from, goal).unwrap().plan.length_m(from);
+        assert!(length <= 1.03 * 0.1 * problem.optimal_cells, "{problem:?}: {length} m");
+    }
+}
+
 #[test]
 fn plans_on_a_ros_map_exist_and_are_short() {
     let map = map_server::load(&data("tb3_sandbox.yaml"), 0.2381).unwrap();
