@@ -84,6 +84,22 @@ impl Raster {
         Ok(raster)
     }
 
+    /// The same map with x and y exchanged.
+    #[must_use]
+    pub fn transposed(&self) -> Self {
+        let cells = (0..self.columns).flat_map(|row| (0..self.rows).map(move |column| (row, column)));
+        let mut transposed = Self {
+            columns: self.rows,
+            rows: self.columns,
+            cell_size_m: self.cell_size_m,
+            origin: Point2::new(self.origin.y, self.origin.x),
+            free: cells.map(|(column, row)| self.is_free(column, row)).collect(),
+            next_wall: Vec::new(),
+        };
+        transposed.index_walls();
+        transposed
+    }
+
     fn index_walls(&mut self) {
         self.next_wall = vec![self.rows; self.free.len()];
         for column in 0..self.columns {
@@ -278,6 +294,15 @@ mod tests {
         let wall = Shape::Line(vec![Point2::new(0.3, 0.0), Point2::new(0.3, 0.3)]);
         let raster = Raster::of([room(0.6, 0.3), wall].iter(), 0.1).unwrap();
         assert_eq!(picture(&raster), ["######", "#.##.#", "######"]);
+    }
+
+    #[test]
+    fn a_transposed_map_has_its_cells_exchanged() {
+        let raster = Raster::of([room(0.6, 0.5), block((0.2, 0.2), (0.4, 0.3))].iter(), 0.1).unwrap();
+        let transposed = raster.transposed();
+        assert_eq!(picture(&transposed), ["#####", "#...#", "#.#.#", "#.#.#", "#...#", "#####"]);
+        assert_eq!(transposed.transposed(), raster);
+        assert_eq!((transposed.next_wall(2, 1), transposed.next_wall(1, 1)), (2, 5));
     }
 
     #[test]

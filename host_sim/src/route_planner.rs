@@ -66,6 +66,18 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// The same way from its goal to where it began, for a plan that was made from `goal` on.
+    #[must_use]
+    pub fn reversed(mut self, goal: Point2<f64>) -> Self {
+        self.checkpoints.reverse();
+        // The first is now the place to begin at.
+        self.checkpoints.rotate_left(1);
+        if let Some(last) = self.checkpoints.last_mut() {
+            *last = goal;
+        }
+        self
+    }
+
     /// Length of the way from `from` over all checkpoints, in m.
     #[must_use]
     pub fn length_m(&self, from: Point2<f64>) -> f64 {
@@ -171,8 +183,19 @@ pub fn shortest_m(scenario: &Scenario) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use controller_core::planning::Workspace;
+    use nalgebra::Point2;
 
+    use super::Plan;
     use crate::scenario::Scenario;
+
+    #[test]
+    fn a_reversed_plan_has_the_same_places_and_ends_at_the_goal() {
+        let [from, bend, goal] = [(0.0, 0.0), (1.0, 0.0), (1.0, 2.0)].map(|(x, y)| Point2::new(x, y));
+        let back = Plan { checkpoints: vec![bend, from], cells: 1, passages: 0 };
+        let plan = back.clone().reversed(goal);
+        assert_eq!(plan.checkpoints, [bend, goal]);
+        assert!((plan.length_m(from) - back.length_m(goal)).abs() < 1e-12);
+    }
 
     #[test]
     fn the_index_of_walls_agrees_with_the_cells() {

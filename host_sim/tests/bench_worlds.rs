@@ -1,4 +1,5 @@
 //! `bench` on worlds that others drew, as a user runs it.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests, which clippy.toml cannot know")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -3,8 +3,9 @@
 //! The reference searches a lattice with 32 directions (all coprime steps up to 3 each way) and asks the simulator's
 //! shapes, not a raster, whether the disc fits. It is the longer way by at most 1.4 % in the open and by about a
 //! lattice step at corners, so that a plan within a few percent of it is within 10 % of the shortest way.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are tests, which clippy.toml cannot know")]
 
-use std::cmp::Reverse;
+use core::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 use std::path::{Path, PathBuf};
 
@@ -124,6 +125,21 @@ fn plans_on_a_moving_ai_map_exist_and_are_short() {
     let pairs: Vec<_> = problems.iter().take(8).map(|p| (place(p.start), place(p.goal))).collect();
     let ratios = ratios(&ground, &pairs, 0.025);
     assert!(worst(&ratios) <= 1.05, "{ratios:?}");
+}
+
+/// The way of a point over the middles of cells leaves the body more than its margin, so that it bounds the shortest.
+/// These are the problems of the set at which a single plan took the wrong side.
+#[test]
+fn plans_are_hardly_longer_than_the_best_way_over_the_cells() {
+    let map = moving_ai::load_map(&data("random-32-32-10.map"), 0.1).unwrap();
+    let problems = moving_ai::load_problems(&data("random-32-32-10.scen"), &map).unwrap();
+    let ground = Ground::new(map).unwrap();
+    let place = |(column, row): (usize, usize)| ground.map.middle(column, ground.map.rows - 1 - row);
+    for problem in &problems {
+        let (from, goal) = (place(problem.start), place(problem.goal));
+        let length = ground.route(from, goal).unwrap().plan.length_m(from);
+        assert!(length <= 1.03 * 0.1 * problem.optimal_cells, "{problem:?}: {length} m");
+    }
 }
 
 #[test]

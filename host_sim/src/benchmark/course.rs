@@ -32,11 +32,17 @@ const SURROUNDINGS_M: f64 = 0.1;
 /// Times the shortest time after which a run is given up: BARN's rule of 100 s for what takes 5.7 s.
 pub const TIME_LIMIT: f64 = 17.5;
 
+/// A plan of at most so many cells is made in four ways, a larger one in two, so that a map of 512 x 512 cells stays a
+/// matter of some ten milliseconds.
+const FEW_CELLS: usize = 400;
+
 /// What the planner knows: where a disc can be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannerMap {
     /// The raster, shared by all courses on it.
     pub raster: Arc<Raster>,
+    /// The same with x and y exchanged, which falls into other cells.
+    across: Arc<Raster>,
 }
 
 /// A route, and how much room it leaves beside the body.
@@ -49,6 +55,13 @@ pub struct PlannedRoute {
 }
 
 impl PlannerMap {
+    /// The map of a raster.
+    #[must_use]
+    pub fn of_raster(raster: Raster) -> Self {
+        let across = Arc::new(raster.transposed());
+        Self { raster: Arc::new(raster), across }
+    }
+
     /// The map of a vector world.
     ///
     /// # Errors
@@ -59,7 +72,7 @@ impl PlannerMap {
         let all = all.grown(SURROUNDINGS_M);
         let side = (all.high - all.low).max();
         let raster = Raster::within(all, world.shapes.iter(), CELL_M.max(side / CELLS_MAX))?;
-        Ok(Self { raster: Arc::new(raster) })
+        Ok(Self::of_raster(raster))
     }
 
     /// Free cells of the raster.
@@ -83,7 +96,7 @@ impl PlannerMap {
         let mut last = PlanError::NoPassage { reach_m: 0.0 };
         for margin_m in MARGINS_M {
             let footprint = footprint(margin_m)?;
-            match route_planner::plan_long(&self.raster, &footprint, from, goal) {
+            match self.shortest(&footprint, from, goal) {
                 Ok(plan) => return Ok(PlannedRoute { plan, margin_m }),
                 Err(
                     error @ (PlanError::NoPassage { .. }
@@ -95,6 +108,41 @@ impl PlannerMap {
         }
         Err(last)
     }
+
+    /// The shortest of a few plans of one disc.
+    ///
+    /// The planner prices ways by the ends of its cells' passages, and may take the wrong side of an obstacle. What it
+    /// gets wrong from one end it mostly gets right from the other, or with the cells cut across.
+    fn shortest(
+        &self,
+        footprint: &Footprint,
+        from: Point2<f64>,
+        goal: Point2<f64>,
+    ) -> Result<Plan, PlanError> {
+        let along = |from, goal| route_planner::plan_long(&self.raster, footprint, from, goal);
+        let across = |from, goal| {
+            let mut plan =
+                route_planner::plan_long(&self.across, footprint, exchanged(from), exchanged(goal))?;
+            plan.checkpoints.iter_mut().for_each(|place| *place = exchanged(*place));
+            Ok(plan)
+        };
+        let first = along(from, goal)?;
+        let few = first.cells <= FEW_CELLS;
+        let mut plans = vec![first];
+        // One that fails, for its cells are more than there is room for, leaves the others.
+        plans.extend(across(from, goal).ok());
+        if few {
+            let back: [Result<Plan, PlanError>; 2] = [along(goal, from), across(goal, from)];
+            plans.extend(back.into_iter().flatten().map(|plan| plan.reversed(goal)));
+        }
+        let shorter = |a: &Plan, b: &Plan| a.length_m(from).total_cmp(&b.length_m(from));
+        plans.into_iter().min_by(shorter).ok_or(PlanError::NoPassage { reach_m: footprint.reach_m() })
+    }
+}
+
+/// x and y exchanged.
+fn exchanged(place: Point2<f64>) -> Point2<f64> {
+    Point2::new(place.y, place.x)
 }
 
 /// The body with so much room beside it.

@@ -1,7 +1,5 @@
 //! A grid map to drive on, with many starts and goals.
 
-use std::sync::Arc;
-
 use controller_core::planning::PlanError;
 use nalgebra::Point2;
 
@@ -42,7 +40,7 @@ impl Ground {
         let mut solids = Solids::default();
         shapes.iter().for_each(|shape| shape.add_to(&mut solids));
         let mut ground = Self {
-            planner: PlannerMap { raster: Arc::new(raster) },
+            planner: PlannerMap::of_raster(raster),
             map,
             shapes,
             solids: solids.indexed(),

@@ -105,7 +105,7 @@ pub fn run<C: ControllerPort>(
     let simulation =
         Simulation::new(controller, &scenario.world, model, &scenario.noise, start, options.seed);
     let mut drive = Drive { course, simulation, guide, samples: Vec::new() };
-    let end = drive.to_the_end(TIME_LIMIT * shortest_s, options.sample_ms)?;
+    let end = drive.drive(TIME_LIMIT * shortest_s, options.sample_ms)?;
     let time_s = drive.simulation.time_s();
     let place = drive.simulation.pose().position;
     let scored =
@@ -172,7 +172,7 @@ struct Drive<'a, C> {
 }
 
 impl<C: ControllerPort> Drive<'_, C> {
-    fn to_the_end(&mut self, limit_s: f64, sample_ms: u64) -> Result<End, MissionError<C::Error>> {
+    fn drive(&mut self, limit_s: f64, sample_ms: u64) -> Result<End, MissionError<C::Error>> {
         self.begin()?;
         while self.simulation.time_s() < limit_s {
             if self.simulation.tick().is_multiple_of(u64::from(AVOIDANCE_PERIOD_MS)) {

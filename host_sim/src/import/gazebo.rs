@@ -5,7 +5,7 @@
 //! world without them would be another world.
 //!
 //! The file has neither start nor goal. BARN's are the same for all of its worlds, in its metres: from (−2.25, 3)
-//! heading along +y to a metre around (−2.25, 13) (the challenge's `run.py`, INIT_POSITION and GOAL_POSITION).
+//! heading along +y to a metre around (−2.25, 13) (the challenge's `run.py`, `INIT_POSITION` and `GOAL_POSITION`).
 
 use std::collections::HashMap;
 use std::path::Path;

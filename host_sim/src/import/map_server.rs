@@ -4,7 +4,7 @@
 //! occupied, below `free_thresh` free, in between unknown (mode `trinary`). In mode `scale` what lies in between is
 //! more or less likely occupied, in mode `raw` v itself is the percentage. Whatever the mode, only what is free is
 //! passable here: a robot has no business in the unknown. `origin` is the pose of the lower left corner. Format:
-//! wiki.ros.org/map_server, and docs.nav2.org for the modes.
+//! <https://wiki.ros.org/map_server>, and <https://docs.nav2.org> for the modes.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Moving AI grid maps (`.map`, type octile) and their problems (`.scen`, version 1).
 //!
 //! Row 0 is the topmost. `.` and `G` are passable, and `S` (swamp), which is for us like any ground; `@`, `O`, `T` and
-//! `W` are not. Format: movingai.com/benchmarks/formats.html (Sturtevant, 2012).
+//! `W` are not. Format: <https://movingai.com/benchmarks/formats.html> (Sturtevant, 2012).
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
 //! PGM images, ASCII (`P2`) and binary (`P5`), of 8 or 16 bits: what ROS stores maps in.
 //!
-//! Format: netpbm.sourceforge.net/doc/pgm.html. Comments (`#` to the end of the line) may stand anywhere in the head,
+//! Format: <https://netpbm.sourceforge.net/doc/pgm.html>. Comments (`#` to the end of the line) may stand anywhere in the head,
 //! and in the body of `P2`. Of a file with several images the first is read.
 
 use std::path::Path;
@@ -76,7 +76,7 @@ impl Scan<'_> {
         let digits = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
         let value = rest[..digits]
             .iter()
-            .fold(Some(0_u32), |value, &digit| value?.checked_mul(10)?.checked_add(u32::from(digit - b'0')));
+            .try_fold(0_u32, |value, &digit| value.checked_mul(10)?.checked_add(u32::from(digit - b'0')));
         self.at += digits;
         value.filter(|_| digits > 0).ok_or_else(|| {
             let problem = if rest.is_empty() { "the file ends" } else { "no number that can be used" };
