@@ -113,3 +113,27 @@ impl Navigator for PotentialField {
         self.config.memory_s
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{ApfConfig, PotentialField};
+    use crate::peers::testing::{ROBOT, view};
+
+    #[test]
+    fn an_obstacle_pushes_away_within_its_range_only() {
+        let config = ApfConfig { swirl: 0.0, ..ApfConfig::default() };
+        let field = PotentialField::new(ROBOT, config.clone());
+        let force = |range_m: f64| {
+            let mut ranges = [None; 12];
+            // To the left, with the target straight ahead.
+            ranges[3] = Some(ROBOT.body_radius_m + range_m);
+            field.force(&view(&ranges, &[], 0.0))
+        };
+        assert!((force(config.range_m).norm() - 1.0).abs() < 1e-12, "the attraction alone");
+        let (far, near) = (force(0.8 * config.range_m), force(0.4 * config.range_m));
+        assert!(near.y < far.y && far.y < 0.0, "to the right, the more the nearer: {far:?}, {near:?}");
+        let range: f64 = 0.4 * config.range_m;
+        let expected = config.repulsion_m3 * (1.0 / range - 1.0 / config.range_m) / (range * range);
+        assert!((near.y + expected).abs() < 1e-9 * expected && (near.x - 1.0).abs() < 1e-9, "{near:?}");
+    }
+}

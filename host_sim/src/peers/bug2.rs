@@ -306,3 +306,39 @@ impl Navigator for Bug2 {
         self.config.memory_s
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Bug2, Bug2Config, MLine};
+    use crate::peers::testing::{ROBOT, view};
+    use core::f64::consts::FRAC_PI_2;
+    use nalgebra::Point2;
+
+    /// A wall across the way, with an opening if wished.
+    fn wall(ahead_m: f64, opening: core::ops::Range<f64>) -> Vec<Point2<f64>> {
+        let across = (-30..=30).map(|i| f64::from(i) * 0.01).filter(|y| !opening.contains(y));
+        across.map(|y| Point2::new(ahead_m, y)).collect()
+    }
+
+    #[test]
+    fn follows_a_wall_and_enters_an_opening_in_it() {
+        let mut bug = Bug2::new(ROBOT, Bug2Config::default());
+        let at = ROBOT.body_radius_m + Bug2Config::default().margin_m;
+        let closed = wall(at, 0.0..0.0);
+        let bearing = bug.bearing(&view(&[None; 12], &closed, 0.0)).unwrap();
+        assert!((bearing.abs() - FRAC_PI_2).abs() < 0.2, "along the wall: {bearing}");
+        let mut bug = Bug2::new(ROBOT, Bug2Config::default());
+        let open = wall(at, -0.05..0.05);
+        let bearing = bug.bearing(&view(&[None; 12], &open, 0.0)).unwrap();
+        assert!(bearing.abs() < 1e-9 && bug.edge.is_none(), "through it: {bearing}");
+    }
+
+    #[test]
+    fn the_m_line_has_two_sides() {
+        let line = MLine { from: Point2::new(0.0, 0.0), to: Point2::new(2.0, 0.0) };
+        assert!((line.offset(Point2::new(1.0, 0.3)) - 0.3).abs() < 1e-12);
+        assert!((line.offset(Point2::new(5.0, -0.3)) + 0.3).abs() < 1e-12);
+        let nowhere = MLine { from: line.to, to: line.to };
+        assert!(nowhere.offset(line.from).abs() < 1e-12);
+    }
+}

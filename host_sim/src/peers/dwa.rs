@@ -49,8 +49,8 @@ numbers! {
 }
 
 /// Samples of the speed, and of the turn to either side.
-const SPEEDS: u8 = 8;
-const TURNS: i8 = 12;
+const SPEEDS: u8 = 6;
+const TURNS: i8 = 10;
 /// Slower than this the robot makes no way, as a share of c*.
 const IDLE_SHARE: f64 = 0.1;
 /// How fast it turns away, as a share of its fastest turn.
@@ -186,7 +186,7 @@ fn free_arc(points: &[Point2<f64>], circle_m: f64, radius_m: f64, farthest_m: f6
         // Mirrored to the left, seen from the middle of the circle, with the robot at angle zero.
         let y = if circle_m < 0.0 { -point.y } else { point.y };
         let (ahead, out) = (point.x, size - y);
-        let from_middle = libm::hypot(ahead, out);
+        let from_middle = libm::sqrt(ahead * ahead + out * out);
         if (from_middle - size).abs() >= radius_m {
             continue;
         }
