@@ -219,9 +219,19 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
                     let period = p.reflex.schedule.target_period_ms;
                     let place = self.detour.direct(&p.detour, target, &detections, period);
                     let points = &self.standing.points;
-                    let way = self.opening.direct(&p.opening, place, latched.pose, points, period);
+                    let way = self.opening.direct(
+                        &p.opening,
+                        place,
+                        self.detour.side(),
+                        latched.pose,
+                        points,
+                        period,
+                    );
                     let place = p.scaling.features(way.place);
-                    TargetField::localise(&self.map, &p.neural.target, &p.reaching, place, way.turn_first)
+                    let nearest = nearest(points);
+                    let far = p.neural.target.far_with(nearest);
+                    let turn_first = way.turn_first;
+                    TargetField::localise(&self.map, far, &p.reaching, place, turn_first)
                 });
                 self.standing.target = Stamped::new(field, latched.now);
             }
@@ -378,6 +388,12 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     pub fn obstacle_field(&self) -> &Stamped<ObstacleField<S, COLUMNS, ROWS>> {
         &self.standing.obstacles
     }
+}
+
+/// Distance of the nearest point from the robot's centre; [`Scalar::LIMIT`] without any.
+fn nearest<S: Scalar>(points: &[Point<S>]) -> S {
+    let origin = Point { x_m: S::ZERO, y_m: S::ZERO };
+    points.iter().fold(S::LIMIT, |nearest, point| nearest.min(origin.distance_to(*point)))
 }
 
 fn speeds<S: Scalar, const SENSORS: usize>(

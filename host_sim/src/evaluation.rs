@@ -50,21 +50,27 @@ pub struct SceneResult {
     pub time_median_s: Option<f64>,
     /// Median way to the goal, in m.
     pub way_median_m: Option<f64>,
+    /// Median over the same runs of how much the heading changed for each metre, in rad/m.
+    pub turn_median_rad_per_m: Option<f64>,
 }
 
 impl SceneResult {
     /// Of runs.
     #[must_use]
-    pub fn of(results: &[MissionResult]) -> Self {
+    pub fn of<'a>(results: impl IntoIterator<Item = &'a MissionResult>) -> Self {
+        let results: Vec<&MissionResult> = results.into_iter().collect();
         let arrived = || results.iter().filter(|result| result.reached);
         let times: Vec<f64> = arrived().map(|result| result.duration_s).collect();
         let ways: Vec<f64> = arrived().map(|result| result.way_m).collect();
+        let turns: Vec<f64> =
+            arrived().map(|result| result.turned_rad / result.way_m.max(f64::MIN_POSITIVE)).collect();
         Self {
             success: Rate::of(results.iter().map(|result| result.success)),
             contact: Rate::of(results.iter().map(|result| result.contacts > 0)),
             late: Rate::of(results.iter().map(|result| !result.reached)),
             time_median_s: quantile(&times, 0.5),
             way_median_m: quantile(&ways, 0.5),
+            turn_median_rad_per_m: quantile(&turns, 0.5),
         }
     }
 }

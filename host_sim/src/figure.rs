@@ -6,10 +6,12 @@
 
 mod canvas;
 mod chart;
+mod heat;
 mod lattice;
 mod legend;
 
 pub use chart::{Axis, Series, Style, draw_chart};
+pub use heat::{HeatMap, draw_heat_map};
 pub use lattice::draw_map;
 
 use nalgebra::{Point2, Vector2};

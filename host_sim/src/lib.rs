@@ -61,6 +61,8 @@ pub mod sweep;
 
 pub mod evaluation;
 
+pub mod questions;
+
 pub mod search;
 pub mod tuning;
 

@@ -79,6 +79,9 @@ pub struct MissionResult {
     pub duration_s: f64,
     /// Way driven, in m.
     pub way_m: f64,
+    /// How much the heading changed, taken each [`TURN_PERIOD_MS`] whichever way it turned, in rad: over the way, how
+    /// smoothly the robot drove.
+    pub turned_rad: f64,
     /// Checkpoints in the order reached.
     pub arrivals: Vec<Arrival>,
     /// Checkpoints that there were.
@@ -113,6 +116,9 @@ pub fn config_for(scenario: &Scenario, base: &Config, contender: Option<Contende
     config
 }
 
+/// Milliseconds between two headings of [`MissionResult::turned_rad`]: the period of obstacle avoidance.
+const TURN_PERIOD_MS: u64 = 128;
+
 /// How long the robot may roll out at the goal, in ms.
 const SETTLE_MS: u32 = 300;
 
@@ -136,6 +142,7 @@ struct Mission<'a, C> {
     pending: Vec<usize>,
     stopped: Option<StopCause>,
     samples: Vec<Sample>,
+    turned_rad: f64,
 }
 
 /// Runs a scenario with a controller that has a trained map; `robot` gives the physical robot's numbers.
@@ -168,6 +175,7 @@ pub fn run<C: ControllerPort>(
         pending: (0..scenario.replacements.len()).collect(),
         stopped: None,
         samples: Vec::new(),
+        turned_rad: 0.0,
     };
     let reached = mission.drive(options.sample_ms)?;
     Ok(mission.result(options.seed, reached))
@@ -176,7 +184,12 @@ pub fn run<C: ControllerPort>(
 impl<C: ControllerPort> Mission<'_, C> {
     /// Drives until the goal or the time limit; whether the goal was reached.
     fn drive(&mut self, sample_ms: u64) -> Result<bool, MissionError<C::Error>> {
+        let mut heading_rad = self.simulation.pose().heading_rad;
         while self.simulation.time_s() < self.scenario.time_limit_s {
+            if self.simulation.tick().is_multiple_of(TURN_PERIOD_MS) {
+                let before_rad = core::mem::replace(&mut heading_rad, self.simulation.pose().heading_rad);
+                self.turned_rad += wrapped(heading_rad - before_rad).abs();
+            }
             self.replace_checkpoints()?;
             let outputs = self.simulation.step().map_err(MissionError::Port)?;
             self.stopped = outputs.stopped.or(self.stopped);
@@ -262,6 +275,7 @@ impl<C: ControllerPort> Mission<'_, C> {
                 .filter(|_| reached)
                 .map_or(self.simulation.time_s(), |last| last.t_s),
             way_m: self.simulation.way_m(),
+            turned_rad: self.turned_rad,
             arrivals: self.arrivals,
             checkpoints: self.checkpoints.iter().map(|place| (place.x, place.y)).collect(),
             stopped: self.stopped,

@@ -89,6 +89,33 @@ pub fn plan(scenario: &Scenario, from: Point2<f64>, t_s: f64) -> Result<Plan, Ro
     })
 }
 
+/// Length of the shortest way from the start to the goal that the body fits along, over all checkpoints that are given,
+/// in m: as a planner would find it that knows all that is there at the start. `None` where it finds none.
+#[must_use]
+pub fn shortest_m(scenario: &Scenario) -> Option<f64> {
+    let there = scenario.solids.iter().filter(|solid| solid.window.contains(0.0)).map(|solid| &solid.shape);
+    let mut planner = Box::new(Planner::<1024, 4096>::new());
+    let footprint = Footprint::new(narrow(crate::world::KHEPERA_RADIUS_M), 0.0).ok()?;
+    let raster = Raster::of(there, CELL_SIZE_M / 2.0).ok();
+    let mut at = scenario.start.position;
+    let mut length_m = 0.0;
+    for &checkpoint in scenario.route.checkpoints() {
+        let Some(raster) = &raster else {
+            length_m += (checkpoint - at).norm();
+            at = checkpoint;
+            continue;
+        };
+        let (from, to) = (narrow_point(at), narrow_point(checkpoint));
+        let route = planner.plan::<f32, Raster, 64>(raster, &footprint, from, to).ok()?;
+        for point in &route {
+            let next = Point2::new(f64::from(point.x_m), f64::from(point.y_m));
+            length_m += (next - at).norm();
+            at = next;
+        }
+    }
+    Some(length_m)
+}
+
 #[cfg(test)]
 mod tests {
     use controller_core::planning::Workspace;

@@ -3,53 +3,80 @@
 //! The same scenes, score and budget for every contender, so that a comparison is of ideas and not of patience. Tests
 //! and tables use other measures, angles and seeds besides those tuned on.
 
-use controller_core::kohonen::map::Map;
+use controller_core::config::{Kind, PARAMETERS};
 
 use crate::contender::Contender;
 use crate::mission::{MissionOptions, MissionResult};
+use crate::number::narrow;
 use crate::peers::config::PeerConfig;
-use crate::scenario::{Scenario, ScenarioError};
-use crate::scenes::{Circling, Corridor, Disturbance, Door, Scene, Side, Slalom, Trap, WallEnd};
+use crate::scenario::Scenario;
 use crate::search::{Candidate, Dimension, SearchPlan, search};
 use crate::settings::Settings;
-use crate::sil::{HostMap, Indirect};
-use crate::sweep::run_one;
+use crate::sil::Indirect;
+use crate::sweep::{Maps, run_one};
 
-/// Traps that are tuned on: side, width and depth in cm, approach in degrees.
-const TRAPS: [(Side, f64, f64, f64); 7] = [
-    (Side::Outside, 20.0, 10.0, 0.0),
-    (Side::Outside, 20.0, 10.0, 30.0),
-    (Side::Outside, 30.0, 20.0, 0.0),
-    (Side::Outside, 30.0, 20.0, -20.0),
-    (Side::Inside, 30.0, 25.0, 0.0),
-    (Side::Inside, 40.0, 40.0, 0.0),
-    (Side::Inside, 40.0, 40.0, 45.0),
+/// Numbers of cooperative EKMs that a search may tune.
+const COOPERATIVE: [Dimension; 24] = [
+    Dimension::log("cooperative.target_amplitude", 0.01, 0.3),
+    Dimension::linear("cooperative.target_bearing_sigma_rad", 0.8, 4.0),
+    Dimension::log("cooperative.target_distance_sigma_m", 0.005, 0.04),
+    Dimension::linear("cooperative.cruise_share", 0.35, 0.92),
+    Dimension::linear("cooperative.open_cruise_share", 0.4, 1.0),
+    Dimension::linear("cooperative.open_room_m", 0.02, 0.17),
+    Dimension::log("cooperative.obstacle_bearing_sigma_rad", 0.05, 0.4),
+    Dimension::log("cooperative.obstacle_front_sigma_m", 0.003, 0.03),
+    Dimension::log("cooperative.sweep_margin_m", 0.002, 0.012),
+    Dimension::log("cooperative.sweep_strength", 3.0, 100.0),
+    Dimension::linear("cooperative.sweep_look_ahead", 0.4, 1.0),
+    Dimension::linear("cooperative.memory_ms", 0.0, 1000.0),
+    Dimension::linear("cooperative.detour_patience_ms", 1500.0, 8000.0),
+    Dimension::linear("cooperative.detour_follow_m", 0.04, 0.09),
+    Dimension::linear("cooperative.detour_free_rad", 0.05, 0.6),
+    Dimension::linear("cooperative.detour_free_m", 0.08, 0.25),
+    Dimension::linear("cooperative.detour_side_ms", 5000.0, 30_000.0),
+    Dimension::linear("robot.beam_half_width_rad", 0.0, 0.13),
+    Dimension::linear("cooperative.opening_margin_m", 0.0005, 0.008),
+    Dimension::linear("cooperative.opening_flank_m", 0.04, 0.12),
+    Dimension::linear("cooperative.opening_length_m", 0.06, 0.12),
+    Dimension::linear("cooperative.opening_aside_rad", 0.9, 2.2),
+    Dimension::linear("cooperative.opening_turn_rad", 0.15, 1.0),
+    Dimension::linear("cooperative.opening_give_up_ms", 2000.0, 10_000.0),
 ];
-/// Doors: width in cm, approach in degrees.
-const DOORS: [(f64, f64); 6] = [(8.0, 0.0), (8.0, 45.0), (7.0, 0.0), (7.0, -45.0), (6.5, 0.0), (6.5, 30.0)];
-/// Figures of the papers: crowded rooms, and moving robots.
-const FIGURES: [&str; 3] = ["p1_fig8", "p2_fig6", "p2_fig7"];
 
-/// The scenes that are tuned on.
-///
-/// # Errors
-/// None, as long as the figures are built in.
-pub fn scenes() -> Result<Vec<Scenario>, ScenarioError> {
-    let metres = |centimetres: f64| centimetres / 100.0;
-    let trap = |(side, width, depth, approach_deg)| {
-        Scene::Trap(Trap { width_m: metres(width), depth_m: metres(depth), side, approach_deg })
-    };
-    let door = |(width, approach_deg)| Scene::Door(Door { width_m: metres(width), approach_deg });
-    let others = [
-        Scene::WallEnd(WallEnd { past_m: 0.05, approach_deg: 0.0 }),
-        Scene::Corridor(Corridor { width_m: 0.1 }),
-        Scene::Slalom(Slalom { gap_m: 0.1 }),
-        Scene::Circling(Circling { discs: 2, speed_m_s: 0.05 }),
-        Scene::Circling(Circling { discs: 2, speed_m_s: 0.1 }),
-    ];
-    let drawn = TRAPS.map(trap).into_iter().chain(DOORS.map(door)).chain(others);
-    let drawn = drawn.map(|scene| Ok(scene.scenario(&Disturbance::PAPERS)));
-    drawn.chain(FIGURES.map(Scenario::builtin)).collect()
+/// Numbers of command fusion.
+const FUSION: [Dimension; 3] = [
+    Dimension::linear("fusion.target_share", 0.1, 0.9),
+    Dimension::log("fusion.avoidance_gain", 0.5, 20.0),
+    Dimension::log("fusion.avoidance_range_m", 0.01, 0.175),
+];
+
+/// What of a contender a search may tune, by names as in a file; those of peers without the `peers.`.
+#[must_use]
+pub fn space(contender: Contender) -> Vec<Dimension> {
+    match contender {
+        Contender::Cooperative => COOPERATIVE.to_vec(),
+        Contender::Fusion => FUSION.to_vec(),
+        peer => PeerConfig::searched(peer),
+    }
+}
+
+fn read(settings: &Settings, name: &str) -> Option<f64> {
+    if let Some(value) = settings.peers.clone().number_mut(name) {
+        return Some(*value);
+    }
+    let index = PARAMETERS.iter().position(|parameter| parameter.name == name)?;
+    settings.core.get(index).map(f64::from)
+}
+
+/// Sets a number, whole where it counts something; one that does not exist or is out of range stays.
+fn write(settings: &mut Settings, name: &str, value: f64) {
+    if let Some(number) = settings.peers.number_mut(name) {
+        *number = value;
+    } else if let Some(index) = PARAMETERS.iter().position(|parameter| parameter.name == name) {
+        let is_whole = PARAMETERS.get(index).is_some_and(|parameter| parameter.kind != Kind::Real);
+        // Ranges lie within what is allowed; a test holds that.
+        let _ = settings.core.set(index, narrow(if is_whole { value.round() } else { value }));
+    }
 }
 
 /// What a run is worth: 1 for success and up to a tenth more for haste, a little for arriving with a contact.
@@ -63,21 +90,26 @@ pub fn score(result: &MissionResult, time_limit_s: f64) -> f64 {
     }
 }
 
-/// A search for the numbers of a peer.
+/// A search for the numbers of a contender.
 #[derive(Debug)]
 pub struct Tuning {
     contender: Contender,
     settings: Settings,
     space: Vec<Dimension>,
     scenes: Vec<Scenario>,
+    maps: Maps<f32, Indirect<f32>>,
 }
 
 impl Tuning {
-    /// From these settings on; `None` for a contender without numbers to search for.
+    /// From these settings on, with these maps in turn for those that drive with one.
     #[must_use]
-    pub fn new(contender: Contender, settings: Settings, scenes: Vec<Scenario>) -> Option<Self> {
-        let space = PeerConfig::searched(contender);
-        (!space.is_empty()).then_some(Self { contender, settings, space, scenes })
+    pub fn new(
+        contender: Contender,
+        settings: Settings,
+        scenes: Vec<Scenario>,
+        maps: Maps<f32, Indirect<f32>>,
+    ) -> Self {
+        Self { contender, settings, space: space(contender), scenes, maps }
     }
 
     /// Runs of the whole search.
@@ -96,9 +128,7 @@ impl Tuning {
     pub fn with_values(&self, values: &[f64]) -> Settings {
         let mut settings = self.settings.clone();
         for (dimension, &value) in self.space.iter().zip(values) {
-            if let Some(number) = settings.peers.number_mut(dimension.name) {
-                *number = value;
-            }
+            write(&mut settings, dimension.name, value);
         }
         settings
     }
@@ -115,17 +145,18 @@ impl Tuning {
         progress: &(dyn Fn() + Sync),
         mut report: impl FnMut(u32, &Candidate),
     ) -> Vec<Candidate> {
-        let mut peers = self.settings.peers.clone();
         let start = self.space.iter().map(|dimension| {
-            let value = peers.number_mut(dimension.name).map_or(dimension.low, |value| *value);
+            let value = read(&self.settings, dimension.name).unwrap_or(dimension.low);
             value.clamp(dimension.low, dimension.high)
         });
         let start: Vec<f64> = start.collect();
-        let map: HostMap<f32, Indirect<f32>> = Map::regular();
         let score = |values: &[f64], scene: usize, seed: u64| {
-            let scene = &self.scenes[scene];
+            let Some(scene) = self.scenes.get(scene) else { return 0.0 };
             let options = MissionOptions { seed, sample_ms: 0 };
-            let run = run_one(scene, &self.with_values(values), Some(self.contender), &map, options);
+            let settings = self.with_values(values);
+            let number = usize::try_from(seed % 1024).unwrap_or(0);
+            let run =
+                self.maps.with(number, |map| run_one(scene, &settings, Some(self.contender), map, options));
             progress();
             // A run that cannot begin is worth nothing.
             run.map_or(0.0, |result| score(&result, scene.time_limit_s))
@@ -140,23 +171,39 @@ impl Tuning {
 
 #[cfg(test)]
 mod tests {
-    use super::{SearchPlan, Settings, Tuning, scenes};
+    use super::{SearchPlan, Settings, Tuning, read, space, write};
     use crate::contender::Contender;
+    use crate::scenes::{Disturbance, Door, Scene};
+    use crate::sweep::Maps;
 
     #[test]
     fn a_search_says_the_same_twice_and_stays_within_what_is_valid() {
-        let scenes: Vec<_> =
-            scenes().unwrap().into_iter().filter(|scene| scene.name == "door_8_+0").collect();
-        assert_eq!(scenes.len(), 1);
+        let door = Scene::Door(Door { width_m: 0.08, approach_deg: 0.0 }).scenario(&Disturbance::PAPERS);
         let plan = SearchPlan { seed: 5, generations: 2, candidates: 3, survivors: 2, runs: 1 };
         for contender in Contender::ALL {
-            let tuning = Tuning::new(contender, Settings::default(), scenes.clone());
-            assert_eq!(tuning.is_some(), contender.is_peer());
-            let Some(tuning) = tuning else { continue };
+            let maps = Maps::PerRun(Vec::new());
+            let tuning = Tuning::new(contender, Settings::default(), vec![door.clone()], maps);
             let find = || tuning.run(&plan, &|| (), |_, _| ());
             let found = find();
             assert_eq!(found, find(), "{contender:?}");
-            tuning.with_values(&found[0].values).peers.validate().unwrap();
+            let settings = tuning.with_values(&found[0].values);
+            settings.peers.validate().unwrap();
+            settings.core.validate().unwrap();
+        }
+    }
+
+    #[test]
+    fn all_that_is_tuned_exists_and_may_have_any_value_of_its_range() {
+        for contender in Contender::ALL {
+            assert!(!space(contender).is_empty());
+            for number in space(contender) {
+                let mut settings = Settings::default();
+                for wished in [number.low, number.high] {
+                    write(&mut settings, number.name, wished);
+                    let is = read(&settings, number.name).unwrap();
+                    assert!((is - wished).abs() < 1e-6 * wished.abs().max(1.0), "{}: {is}", number.name);
+                }
+            }
         }
     }
 }

@@ -101,10 +101,10 @@ impl<S: Scalar> Detour<S> {
         place
     }
 
-    /// A wall is being followed.
+    /// The wall that is being followed: +1 with it on the right, −1 on the left.
     #[must_use]
-    pub fn is_following(&self) -> bool {
-        self.following.is_some()
+    pub fn side(&self) -> Option<S> {
+        self.following.map(|following| following.side)
     }
 
     /// Starts afresh, as for a new target.
@@ -191,7 +191,7 @@ mod tests {
             assert_eq!(detour.direct(&p, ahead, &wall, 200), ahead, "patient");
         }
         let along = detour.direct(&p, ahead, &wall, 200);
-        assert!(detour.is_following());
+        assert_eq!(detour.side(), Some(1.0).map(S::from_f32));
         assert!(
             (along.bearing_rad.to_f32() - (core::f32::consts::FRAC_PI_2 - 0.1)).abs() < 1e-3,
             "{along:?}"
@@ -199,11 +199,11 @@ mod tests {
         // Nearer than ever, but hidden: it goes on.
         let nearer = polar(-0.1, 0.3);
         detour.direct(&p, nearer, &wall, 200);
-        assert!(detour.is_following());
+        assert!(detour.side().is_some());
         // Nearer still, and free.
         let free = polar(1.5, 0.2);
         assert_eq!(detour.direct(&p, free, &wall, 200), free);
-        assert!(!detour.is_following());
+        assert_eq!(detour.side(), None);
     }
 
     #[test]

@@ -56,6 +56,8 @@ struct Corridor<S> {
 
 /// Directions around the robot that are tried.
 const DIRECTIONS: i32 = 36;
+/// On a detour openings are looked for so far towards the wall from the wanted direction, in the angle that is searched.
+const WALL_SIDE: f32 = 0.8;
 /// Beyond the jambs, in body radii, that an opening's far place lies.
 const BEYOND: f32 = 2.0;
 
@@ -118,12 +120,13 @@ impl<S: Scalar> Opening<S> {
     /// None under way.
     pub const NONE: Self = Self { behind: None, elapsed_ms: 0 };
 
-    /// Where to go, given the place that is wanted, the points detected now (robot frame), and the pose; `elapsed_ms`
+    /// Where to go, given the place that is wanted, the side of a detour (see [`super::detour`]), the points detected now (robot frame), and the pose; `elapsed_ms`
     /// after the last time.
     pub fn direct(
         &mut self,
         p: &OpeningParameters<S>,
         wanted: Polar<S>,
+        side: Option<S>,
         pose: Pose<S>,
         points: &[Point<S>],
         elapsed_ms: u16,
@@ -138,7 +141,9 @@ impl<S: Scalar> Opening<S> {
             if self.elapsed_ms > 0 || is_open || wanted.distance_m < p.length_m {
                 return straight;
             }
-            return match find(p, wanted.bearing_rad, p.aside_rad, points) {
+            // A door in a wall that is followed lies on the wall's side.
+            let towards = side.map_or(S::ZERO, |side| side * p.aside_rad * S::from_f32(WALL_SIDE));
+            return match find(p, wrap(wanted.bearing_rad - towards), p.aside_rad, points) {
                 Some(place) => self.through(p, place, pose),
                 None => straight,
             };
@@ -173,5 +178,97 @@ impl<S: Scalar> Opening<S> {
     /// Starts afresh, as for a new target.
     pub fn reset(&mut self) {
         *self = Self::NONE;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Opening, OpeningParameters};
+    use crate::scalar::{Fixed, Scalar};
+    use crate::units::{Point, Polar, Pose};
+
+    fn parameters<S: Scalar>() -> OpeningParameters<S> {
+        let s = S::from_f32;
+        OpeningParameters {
+            half_width_m: s(0.028),
+            flank_m: s(0.075),
+            length_m: s(0.1),
+            aside_rad: s(1.5),
+            turn_rad: s(0.35),
+            give_up_ms: 4000,
+        }
+    }
+
+    fn polar<S: Scalar>(bearing: f32, distance: f32) -> Polar<S> {
+        Polar { bearing_rad: S::from_f32(bearing), distance_m: S::from_f32(distance) }
+    }
+
+    /// The jambs of a door of 8 cm in a wall 6 cm to the left of the robot, and the wall beside them.
+    fn door<S: Scalar>() -> [Point<S>; 4] {
+        [(-0.08, 0.06), (-0.04, 0.06), (0.04, 0.06), (0.08, 0.06)].map(|(x, y)| Point::from_metres(x, y))
+    }
+
+    fn check<S: Scalar>() {
+        let p = parameters::<S>();
+        let pose = Pose { x_m: S::ONE, y_m: S::ZERO, heading_rad: S::ZERO };
+        let ahead = [Point::from_metres(0.05, 0.0)];
+        let mut opening = Opening::NONE;
+        // Free: nothing to look for. Hidden by a wall without a door: nothing to find.
+        let target = polar(1.0, 0.5);
+        let way = opening.direct(&p, target, None, pose, &[], 256);
+        assert!(way.place == target && !way.turn_first);
+        assert_eq!(opening.direct(&p, polar(0.0, 0.5), None, pose, &ahead, 256).place, polar(0.0, 0.5));
+        // The door is seen squarely while the target lies behind the wall.
+        let way = opening.direct(&p, target, None, pose, &door(), 256);
+        assert!(opening.is_passing() && way.turn_first);
+        assert!((way.place.bearing_rad.to_f32() - core::f32::consts::FRAC_PI_2).abs() < 0.02, "{way:?}");
+        assert!(way.place.distance_m.to_f32() > 0.1, "behind the jambs: {way:?}");
+        // Turned towards it, it is driven to though the jambs are no longer seen; and left once through.
+        let turned = Pose { heading_rad: S::PI * S::HALF, ..pose };
+        let way = opening.direct(&p, target, None, turned, &[], 256);
+        assert!(!way.turn_first && way.place.bearing_rad.to_f32().abs() < 0.02, "{way:?}");
+        let through = Pose { y_m: S::from_f32(0.08), ..turned };
+        assert_eq!(opening.direct(&p, target, None, through, &[], 256).place, target);
+        assert!(!opening.is_passing());
+    }
+
+    #[test]
+    fn a_door_beside_the_way_is_taken_squarely() {
+        check::<f32>();
+        check::<Fixed>();
+    }
+
+    #[test]
+    fn what_leads_nowhere_is_given_up_for_as_long() {
+        let p = parameters::<f32>();
+        let mut opening = Opening::NONE;
+        let passing: heapless::Vec<bool, 64> = (0..48)
+            .map(|_| {
+                opening.direct(&p, polar(1.0, 0.5), None, Pose::default(), &door(), 256);
+                opening.is_passing()
+            })
+            .collect();
+        let flips = passing.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        assert_eq!(flips, 2, "tried for 4 s, left alone for 4 s, tried again");
+    }
+
+    #[test]
+    fn on_a_detour_the_wall_side_is_looked_at() {
+        let p = OpeningParameters { aside_rad: 1.0, ..parameters::<f32>() };
+        // The wall on the left is followed, along it the way is hidden, and the door lies at right angles to it.
+        let points = [(0.05, 0.0), (-0.04, 0.06), (0.04, 0.06)].map(|(x, y)| Point::from_metres(x, y));
+        for (side, finds) in [(None, false), (Some(1.0), false), (Some(-1.0), true)] {
+            let mut opening = Opening::NONE;
+            opening.direct(&p, polar(0.0, 0.5), side, Pose::default(), &points, 256);
+            assert_eq!(opening.is_passing(), finds, "{side:?}");
+        }
+    }
+
+    #[test]
+    fn none_are_looked_for_where_they_are_switched_off() {
+        let p = OpeningParameters { flank_m: 0.0, ..parameters::<f32>() };
+        let mut opening = Opening::NONE;
+        opening.direct(&p, polar(1.0, 0.5), None, Pose::default(), &door(), 256);
+        assert!(!opening.is_passing());
     }
 }

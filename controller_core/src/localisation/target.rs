@@ -24,6 +24,23 @@ pub struct TargetFieldParameters<S> {
     /// From this distance (features) on the target counts as far. It is also where the field of a far target is
     /// centred, and so the speed at which the robot cruises.
     pub far: Option<S>,
+    /// The same in the open, where it grows to with the room around the robot.
+    pub open_far: S,
+    /// Room beyond the body at which it has grown so far (m), its inverse; and the body's radius (m).
+    pub per_room: S,
+    /// Radius of the body (m).
+    pub body_radius_m: S,
+}
+
+impl<S: Scalar> TargetFieldParameters<S> {
+    /// From where on the target counts as far where the nearest obstacle is `nearest_m` away from the robot's centre.
+    #[must_use]
+    pub fn far_with(&self, nearest_m: S) -> Option<S> {
+        let far = self.far?;
+        let room = (nearest_m - self.body_radius_m).clamp(S::ZERO, S::ONE);
+        let share = (room * self.per_room).min(S::ONE);
+        Some(far + (self.open_far - far).max(S::ZERO) * share)
+    }
 }
 
 /// The target field: its centre stands for all of it, since every `a_i` follows from it.
@@ -44,12 +61,12 @@ impl<S: Scalar> TargetField<S> {
     #[must_use]
     pub fn localise<O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
         map: &Map<S, O, COLUMNS, ROWS>,
-        p: &TargetFieldParameters<S>,
+        far: Option<S>,
         reaching: &ReachingParameters<S>,
         target: Features<S>,
         turn_first: bool,
     ) -> Option<Self> {
-        let aim = if turn_first { Aim::turning(target.bearing) } else { reaching.aim.at(p.far, target) };
+        let aim = if turn_first { Aim::turning(target.bearing) } else { reaching.aim.at(far, target) };
         let winner = map.winner(&reaching.winner, aim, reaching.winner.eligible)?;
         Some(Self { target, aim, winner, centre: map.place(winner) })
     }

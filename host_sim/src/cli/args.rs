@@ -7,6 +7,7 @@ use host_sim::contender::Contender;
 use host_sim::link::address::{Address, FORMS};
 use protocol::message::ScalarKind;
 
+use super::evaluate::scenes::SceneArgs;
 use super::search::SearchArgs;
 
 /// Training steps after which the map is as good as it gets; P1 trains longer by chance encounters.
@@ -293,6 +294,14 @@ pub enum Evaluation {
     Positioning(EvaluatePositioningArgs),
     /// The robot changes under way: how well does its map follow, and how bad is one that does not learn?
     Calibration(EvaluateCalibrationArgs),
+    /// The papers' seven figures: how often does who reach the goal without contact?
+    Scenarios(SceneArgs),
+    /// U-shaped traps and walls' ends, without a planner: how deep a trap does who leave?
+    Traps(SceneArgs),
+    /// Doors, corridors and rows of posts, without a planner: how narrow a door does who pass?
+    Doors(SceneArgs),
+    /// Discs that circle across the way, without a planner: how often is who touched?
+    Traffic(SceneArgs),
 }
 
 /// What every experiment of `evaluate` needs to know.

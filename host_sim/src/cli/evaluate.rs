@@ -4,6 +4,7 @@ mod ablation;
 mod calibration;
 mod figures;
 mod report;
+pub mod scenes;
 mod trials;
 
 use std::path::Path;
@@ -21,6 +22,7 @@ use super::error::{CliError, Outcome};
 use super::learning::{seeds, threads};
 use super::output::{OutputFolder, print, print_json};
 use super::table::facts;
+use scenes::What;
 use trials::{Kind, Subject};
 
 const CSV: &str = "positioning.csv";
@@ -36,6 +38,10 @@ pub fn evaluate(args: &EvaluateArgs) -> Result<Outcome, CliError> {
     match &args.what {
         Evaluation::Positioning(args) => positioning(args),
         Evaluation::Calibration(args) => calibration::calibration(args),
+        Evaluation::Scenarios(args) => scenes::evaluate(What::Papers, args),
+        Evaluation::Traps(args) => scenes::evaluate(What::Traps, args),
+        Evaluation::Doors(args) => scenes::evaluate(What::Doors, args),
+        Evaluation::Traffic(args) => scenes::evaluate(What::Traffic, args),
     }
 }
 

@@ -2,16 +2,24 @@
 
 use clap::Args;
 use host_sim::contender::Contender;
+use host_sim::questions;
 use host_sim::search::{Candidate, SearchPlan};
-use host_sim::tuning::{Tuning, scenes};
+use host_sim::sil::Indirect;
+use host_sim::sweep::Maps;
+use host_sim::training::TrainingPlan;
+use host_sim::tuning::Tuning;
 use serde_json::{Map, json};
 use std::path::PathBuf;
 
 use super::error::{CliError, Outcome};
-use super::learning::{settings_of, threads};
+use super::learning::{learn_each, seeds, settings_of, threads};
 use super::output::{complain, print, print_json};
 use super::progress::Progress;
 use super::table::{facts, table};
+
+/// Maps that our controllers drive with in turn, and the training steps of each.
+const MAPS: u32 = 8;
+const STEPS: u32 = 2000;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -20,10 +28,10 @@ Examples:
   host_sim search bug2 --generations 4          a quick look
   host_sim search dwa --config my.toml          from other numbers on
 
-Scenes: traps from inside and outside, doors, a wall's end, a corridor, posts, moving discs, three figures of the papers.
-The numbers found are printed as a table for a file of --config.")]
+Scenes: traps from inside and outside, doors, walls' ends, corridors, posts, moving discs, the figures of the papers.
+The numbers found are printed as lines for a file of --config. Ours are tuned with eight maps in turn.")]
 pub struct SearchArgs {
-    /// Whose numbers: apf, vfh, dwa or bug2
+    /// Whose numbers
     #[arg(value_enum)]
     pub controller: Contender,
     /// Seed of what is drawn, and of the first run
@@ -55,9 +63,15 @@ pub struct SearchArgs {
 pub fn search(args: &SearchArgs) -> Result<Outcome, CliError> {
     let settings = settings_of(args.config.as_deref())?;
     let name = args.controller.name();
-    let tuning = Tuning::new(args.controller, settings, scenes()?).ok_or_else(|| {
-        CliError::Request(format!("{name} has no numbers to search for; take apf, vfh, dwa or bug2"))
-    })?;
+    let pool = threads(args.threads)?;
+    let mut maps = Vec::new();
+    if !args.controller.is_peer() {
+        let (training, seeds) =
+            (TrainingPlan { steps: STEPS, ..TrainingPlan::default() }, seeds(args.seed, MAPS)?);
+        let learned = pool.install(|| learn_each::<f32, Indirect<f32>>(&settings.core, &training, seeds))?;
+        maps.extend(learned.into_iter().map(|learned| learned.map));
+    }
+    let tuning = Tuning::new(args.controller, settings, questions::search_scenes()?, Maps::PerRun(maps));
     let plan = SearchPlan {
         seed: args.seed,
         generations: args.generations,
@@ -70,7 +84,7 @@ pub fn search(args: &SearchArgs) -> Result<Outcome, CliError> {
     let report = |generation: u32, best: &Candidate| {
         complain(&format!("generation {}: best score {:.3}", generation + 1, best.score));
     };
-    let found = threads(args.threads)?.install(|| tuning.run(&plan, &|| bar.advance(), report));
+    let found = pool.install(|| tuning.run(&plan, &|| bar.advance(), report));
     drop(bar);
     let Some(best) = found.first() else { return Ok(Outcome::RobotFailed) };
     if args.json {
@@ -86,12 +100,13 @@ pub fn search(args: &SearchArgs) -> Result<Outcome, CliError> {
         });
         print_json(&document)?;
     } else {
-        print(&text(&tuning, best, name, total))?;
+        print(&text(&tuning, best, args.controller, total))?;
     }
     Ok(Outcome::Ok)
 }
 
-fn text(tuning: &Tuning, best: &Candidate, name: &str, total: u64) -> String {
+fn text(tuning: &Tuning, best: &Candidate, contender: Contender, total: u64) -> String {
+    let (name, is_peer) = (contender.name(), contender.is_peer());
     let head = facts([
         ("# search", format!("{name}, {total} runs")),
         ("# score", format!("{:.3} (1 is success everywhere, up to 0.1 more for haste)", best.score)),
@@ -102,8 +117,8 @@ fn text(tuning: &Tuning, best: &Candidate, name: &str, total: u64) -> String {
         .map(|(scene, mean)| vec![format!("# {scene}"), format!("{mean:.2}")])
         .collect();
     let numbers = tuning.named(best).map(|(number, value)| {
-        let field = number.rsplit('.').next().unwrap_or(number);
-        format!("{field} = {value:.4e}\n")
+        let number = if is_peer { format!("peers.{number}") } else { number.to_owned() };
+        format!("{number} = {value:.5}\n")
     });
-    format!("{head}{}\n[peers.{name}]\n{}", table(&rows), numbers.collect::<String>())
+    format!("{head}{}\n{}", table(&rows), numbers.collect::<String>())
 }

@@ -1,0 +1,264 @@
+//! What the evaluations ask: lists of scenes, each a line of a table or a cell of a surface.
+//!
+//! A *question* is asked in all its scenes alike, such as a trap from all sides; its rate is over all of them.
+
+use crate::scenario::{Route, Scenario, ScenarioError};
+use crate::scenes::{Circling, Corridor, Disturbance, Door, Scene, Side, Slalom, Trap, WallEnd};
+
+/// A line of a table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Question {
+    /// What is asked.
+    pub name: String,
+    /// The scenes that ask it.
+    pub scenarios: Vec<Scenario>,
+}
+
+/// Rates over two measures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// What is asked; also the stem of its files.
+    pub name: &'static str,
+    /// What it shows.
+    pub title: &'static str,
+    /// What the columns are, with unit.
+    pub columns: &'static str,
+    /// What the rows are, with unit.
+    pub rows: &'static str,
+    /// Names of the columns.
+    pub column_names: Vec<String>,
+    /// Names of the rows.
+    pub row_names: Vec<String>,
+    /// The cells, row by row.
+    pub cells: Vec<Question>,
+}
+
+/// Angles at which a trap is approached, in degrees.
+const TRAP_ANGLES: [f64; 5] = [-60.0, -30.0, 0.0, 30.0, 60.0];
+/// Angles at which a door is approached, in degrees.
+const DOOR_ANGLES: [f64; 5] = [-45.0, -22.5, 0.0, 22.5, 45.0];
+/// Diameter of the body, in m.
+const DIAMETER_M: f64 = 2.0 * crate::world::KHEPERA_RADIUS_M;
+
+fn question(name: String, scenes: impl IntoIterator<Item = Scene>, disturbance: &Disturbance) -> Question {
+    Question { name, scenarios: scenes.into_iter().map(|scene| scene.scenario(disturbance)).collect() }
+}
+
+fn trap(side: Side, width_cm: f64, depth_cm: f64, disturbance: &Disturbance) -> Question {
+    let scene = |approach_deg| {
+        Scene::Trap(Trap { width_m: width_cm / 100.0, depth_m: depth_cm / 100.0, side, approach_deg })
+    };
+    let side = if side == Side::Outside { "from outside" } else { "from inside" };
+    question(format!("U {width_cm} x {depth_cm} cm {side}"), TRAP_ANGLES.map(scene), disturbance)
+}
+
+/// Traps that are asked for by name, and walls whose end hides the goal.
+#[must_use]
+pub fn traps(disturbance: &Disturbance) -> Vec<Question> {
+    let outside = [(20.0, 10.0), (30.0, 20.0), (40.0, 40.0)];
+    let inside = [(20.0, 15.0), (30.0, 25.0), (40.0, 40.0), (60.0, 60.0)];
+    let mut questions: Vec<Question> =
+        outside.map(|(width, depth)| trap(Side::Outside, width, depth, disturbance)).into();
+    questions.extend(inside.map(|(width, depth)| trap(Side::Inside, width, depth, disturbance)));
+    questions.extend([2.0, 5.0, 10.0].map(|past_cm| {
+        let scene = |approach_deg| Scene::WallEnd(WallEnd { past_m: past_cm / 100.0, approach_deg });
+        question(format!("wall that ends {past_cm} cm past"), [-45.0, 0.0, 45.0].map(scene), disturbance)
+    }));
+    questions
+}
+
+/// Traps by width and depth, from inside and from outside.
+#[must_use]
+pub fn trap_surfaces(disturbance: &Disturbance) -> Vec<Surface> {
+    let sizes = [10.0, 20.0, 30.0, 40.0, 60.0, 80.0];
+    let surface = |side, name, title| Surface {
+        name,
+        title,
+        columns: "width of the U in cm",
+        rows: "depth in cm",
+        column_names: sizes.iter().map(f64::to_string).collect(),
+        row_names: sizes.iter().map(f64::to_string).collect(),
+        cells: sizes
+            .iter()
+            .flat_map(|&depth| sizes.iter().map(move |&width| trap(side, width, depth, disturbance)))
+            .collect(),
+    };
+    vec![
+        surface(Side::Outside, "traps_outside", "A U before the goal, approached from outside"),
+        surface(Side::Inside, "traps_inside", "A U before the goal, started inside"),
+    ]
+}
+
+fn door(width_cm: f64, angles: &[f64], name: &str, disturbance: &Disturbance) -> Question {
+    let scene = |&approach_deg: &f64| Scene::Door(Door { width_m: width_cm / 100.0, approach_deg });
+    let diameters = width_cm / 100.0 / DIAMETER_M;
+    question(
+        format!("door {width_cm} cm ({diameters:.2} diameters){name}"),
+        angles.iter().map(scene),
+        disturbance,
+    )
+}
+
+/// Widths of doors, in cm.
+const DOOR_WIDTHS_CM: [f64; 7] = [12.0, 10.0, 8.0, 7.0, 6.5, 6.0, 5.5];
+
+/// Doors straight on and at 45 degrees, corridors, rows of posts.
+#[must_use]
+pub fn doors(disturbance: &Disturbance) -> Vec<Question> {
+    let mut questions = Vec::new();
+    for width in DOOR_WIDTHS_CM {
+        questions.push(door(width, &[0.0], ", straight", disturbance));
+        questions.push(door(width, &[-45.0, 45.0], ", ±45°", disturbance));
+    }
+    questions.extend([12.0, 10.0, 8.0, 7.0].map(|width_cm| {
+        let scene = Scene::Corridor(Corridor { width_m: width_cm / 100.0 });
+        question(format!("corridor {width_cm} cm, two bends"), [scene], disturbance)
+    }));
+    questions.extend([12.0, 10.0, 8.0, 7.0].map(|gap_cm| {
+        let scene = Scene::Slalom(Slalom { gap_m: gap_cm / 100.0 });
+        question(format!("four rows of posts, gaps {gap_cm} cm"), [scene], disturbance)
+    }));
+    questions
+}
+
+/// Doors by width and angle; and by width and what disturbs the robot.
+#[must_use]
+pub fn door_surfaces(disturbance: &Disturbance) -> Vec<Surface> {
+    let by_angle = Surface {
+        name: "doors_angle",
+        title: "A door in a closed wall",
+        columns: "width of the door in cm",
+        rows: "approach in degrees",
+        column_names: DOOR_WIDTHS_CM.iter().map(f64::to_string).collect(),
+        row_names: DOOR_ANGLES.iter().map(f64::to_string).collect(),
+        cells: DOOR_ANGLES
+            .iter()
+            .flat_map(|&angle| DOOR_WIDTHS_CM.map(|width| door(width, &[angle], "", disturbance)))
+            .collect(),
+    };
+    let conditions = conditions(disturbance);
+    let by_condition = Surface {
+        name: "doors_condition",
+        title: "A door in a closed wall, from all angles, and what disturbs the robot",
+        columns: "width of the door in cm",
+        rows: "what is changed",
+        column_names: DOOR_WIDTHS_CM.iter().map(f64::to_string).collect(),
+        row_names: conditions.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        cells: conditions
+            .iter()
+            .flat_map(|(_, condition)| DOOR_WIDTHS_CM.map(|width| door(width, &DOOR_ANGLES, "", condition)))
+            .collect(),
+    };
+    vec![by_angle, by_condition]
+}
+
+/// What can disturb a run more or less than usual.
+fn conditions(usual: &Disturbance) -> Vec<(&'static str, Disturbance)> {
+    let noise = |factor: f64| {
+        let mut disturbance = *usual;
+        disturbance.noise.sensor *= factor;
+        disturbance.noise.actuator *= factor;
+        disturbance
+    };
+    let dropout = |share| {
+        let mut disturbance = *usual;
+        disturbance.noise.dropout = share;
+        disturbance
+    };
+    vec![
+        ("no noise", noise(0.0)),
+        ("10 % noise", *usual),
+        ("20 % noise", noise(2.0)),
+        ("5 % dropout", dropout(0.05)),
+        ("20 % dropout", dropout(0.2)),
+        ("jitter × 3", Disturbance { jitter: 3.0 * usual.jitter, ..*usual }),
+    ]
+}
+
+/// Discs that circle, by number and speed.
+#[must_use]
+pub fn traffic_surfaces(disturbance: &Disturbance) -> Vec<Surface> {
+    let (speeds_cm, numbers) = ([2.5, 5.0, 10.0, 16.0], [1_u8, 2, 4, 6]);
+    let cell = |discs, speed_cm: f64| {
+        let scene = Scene::Circling(Circling { discs, speed_m_s: speed_cm / 100.0 });
+        question(format!("{discs} discs at {speed_cm} cm/s"), [scene], disturbance)
+    };
+    vec![Surface {
+        name: "traffic",
+        title: "Discs of the robot's size that circle across the way and do not look",
+        columns: "their speed in cm/s; the robot's is at most 16",
+        rows: "discs",
+        column_names: speeds_cm.iter().map(f64::to_string).collect(),
+        row_names: numbers.iter().map(u8::to_string).collect(),
+        cells: numbers.iter().flat_map(|&discs| speeds_cm.map(|speed| cell(discs, speed))).collect(),
+    }]
+}
+
+/// The seven figures of the papers, with the noise of `disturbance`.
+///
+/// # Errors
+/// Never, unless a built-in scenario is broken.
+pub fn papers(disturbance: &Disturbance) -> Result<Vec<Question>, ScenarioError> {
+    let question = |name: &str| {
+        let mut scenario = Scenario::builtin(name)?;
+        scenario.noise = disturbance.noise;
+        Ok(Question { name: name.to_owned(), scenarios: vec![scenario] })
+    };
+    Scenario::builtin_names().map(question).collect()
+}
+
+/// The scenes in which controllers' numbers are searched for: some of each kind, none with a planner in the loop, since
+/// that would be planned anew in each run.
+///
+/// # Errors
+/// Never, unless a built-in scenario is broken.
+pub fn search_scenes() -> Result<Vec<Scenario>, crate::route_planner::RouteError> {
+    let usual = &Disturbance::PAPERS;
+    let mut scenarios = Vec::new();
+    let mut add = |questions: Vec<Question>| {
+        scenarios.extend(questions.into_iter().flat_map(|question| question.scenarios).step_by(2));
+    };
+    add(traps(usual));
+    add(doors(usual));
+    add(traffic_surfaces(usual).into_iter().flat_map(|surface| surface.cells).skip(4).collect());
+    for scenario in papers(usual).unwrap_or_default().into_iter().flat_map(|question| question.scenarios) {
+        let planned = matches!(scenario.route, Route::Planned { .. });
+        scenarios.push(if planned {
+            let plan = crate::route_planner::plan(&scenario, scenario.start.position, 0.0)?;
+            scenario.with_checkpoints(plan.checkpoints)
+        } else {
+            scenario
+        });
+    }
+    Ok(scenarios)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{door_surfaces, doors, papers, search_scenes, traffic_surfaces, trap_surfaces, traps};
+    use crate::scenes::Disturbance;
+
+    #[test]
+    fn surfaces_have_a_cell_for_each_pair_of_measures() {
+        let usual = &Disturbance::PAPERS;
+        for surface in [trap_surfaces(usual), door_surfaces(usual), traffic_surfaces(usual)].concat() {
+            assert_eq!(surface.cells.len(), surface.column_names.len() * surface.row_names.len());
+            assert!(surface.cells.iter().all(|cell| !cell.scenarios.is_empty()));
+        }
+    }
+
+    #[test]
+    fn questions_have_names_of_their_own() {
+        let usual = &Disturbance::PAPERS;
+        let mut names: Vec<String> = [traps(usual), doors(usual), papers(usual).unwrap()]
+            .concat()
+            .into_iter()
+            .map(|question| question.name)
+            .collect();
+        let count = names.len();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), count);
+        assert!(search_scenes().unwrap().len() > 30);
+    }
+}
