@@ -118,7 +118,12 @@ fn text(tuning: &Tuning, best: &Candidate, contender: Contender, total: u64) -> 
         .collect();
     let numbers = tuning.named(best).map(|(number, value)| {
         let number = if is_peer { format!("peers.{number}") } else { number.to_owned() };
-        format!("{number} = {value:.5}\n")
+        format!("{number} = {}\n", four_digits(value))
     });
     format!("{head}{}\n{}", table(&rows), numbers.collect::<String>())
+}
+
+/// A number with four significant digits: gains of a millionth are numbers as well.
+fn four_digits(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
 }
