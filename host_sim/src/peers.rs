@@ -24,6 +24,8 @@ pub mod port;
 pub mod robot;
 pub mod steering;
 pub mod surroundings;
+#[cfg(test)]
+mod testing;
 pub mod vfh;
 
 use nalgebra::{Point2, Vector2};

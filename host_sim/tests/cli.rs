@@ -465,6 +465,40 @@ fn what_is_printed_can_be_copied_edited_and_used() {
 }
 
 #[test]
+fn peers_run_like_our_controllers_and_their_numbers_come_from_a_file() {
+    let folder = TempDir::new().unwrap();
+    let text = ok(folder.path(), &["run", "p2_fig5", "--controller", "bug2"]);
+    assert_eq!(fact(&text, "run"), "seed 1, scalar f32, controller bug2");
+    assert!(fact(&text, "learned").starts_with("nothing"), "{text}");
+    let sweep = ["run", "p2_fig5", "--controller", "apf", "--runs", "3", "--json"];
+    let document = json(folder.path(), &sweep);
+    assert_eq!(document["controllers"][0]["controller"], "apf");
+    assert_eq!(document["controllers"][0]["runs"].as_array().unwrap().len(), 3);
+    std::fs::write(folder.path().join("slow.toml"), "[peers.apf]\ncruise_share = 0.2\n").unwrap();
+    let slow = json(folder.path(), &[&sweep[..], &["--config", "slow.toml"]].concat());
+    let median = |document: &Value| document["controllers"][0]["summary"]["time_median_s"].as_f64().unwrap();
+    assert!(median(&slow) > 2.0 * median(&document), "{slow}");
+    assert!(ok(folder.path(), &["config", "--print"]).contains("[peers.vfh]\n"));
+}
+
+#[test]
+fn a_search_prints_a_table_that_config_takes() {
+    let folder = TempDir::new().unwrap();
+    let search = ["search", "bug2", "--generations", "1", "--candidates", "4"];
+    let output = run(folder.path(), &search);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    std::fs::write(folder.path().join("found.toml"), &output.stdout).unwrap();
+    let config = ok(folder.path(), &["config", "--print", "--config", "found.toml"]);
+    let number = |text: &str| {
+        let line = text.lines().find(|line| line.contains("margin_m = ")).unwrap_or_default().to_owned();
+        line.rsplit(' ').next().and_then(|value| value.parse::<f64>().ok()).unwrap()
+    };
+    let bug2 = config.split("[peers.bug2]").nth(1).unwrap();
+    let found = number(&stdout(&output));
+    assert!(found > 0.0 && (number(bug2) - found).abs() < 1e-12, "{config}");
+}
+
+#[test]
 fn wrong_requests_are_refused_with_a_remedy() {
     let folder = TempDir::new().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
@@ -484,9 +518,19 @@ fn wrong_requests_are_refused_with_a_remedy() {
     refused(&["run", "p2_fig6", "--map", "m.ekm", "--steps", "9"], &["--map", "--steps"]);
     refused(&["--config", "key.toml"], &["key.toml:2", "servo.stal_share", "did you mean `stall_share`"]);
     refused(&["--config", "value.toml"], &["value.toml", "servo.stall_share = 2", "between 0 and 1"]);
+    write("peer.toml", "[peers.bug2]\nmargin_m = -1\n");
+    refused(&["--config", "peer.toml"], &["peer.toml", "peers.bug2.margin_m = -1", "must be between"]);
+    refused(&["run", "p2_fig6", "--controller", "vfh", "--link", "stub"], &["vfh", "this process", "--link"]);
+    refused(&["run", "p2_fig6", "--controller", "dwa", "--map", "m.ekm"], &["dwa", "without a map", "--map"]);
+    refused(&["run", "p2_fig6", "--controller", "apf", "--scalar", "fixed"], &["apf", "--scalar fixed"]);
+    refused(&["search", "apf", "--candidates", "1"], &["--candidates"]);
     refused(&["config", "--json"], &["--list"]);
     refused(&["--config", "none.toml"], &["none.toml", "config --print"]);
-    assert_eq!(files_in(folder.path()), ["bad.toml", "key.toml", "value.toml"], "nothing was written");
+    assert_eq!(
+        files_in(folder.path()),
+        ["bad.toml", "key.toml", "peer.toml", "value.toml"],
+        "nothing was written"
+    );
 }
 
 #[test]

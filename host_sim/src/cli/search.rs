@@ -38,11 +38,11 @@ pub struct SearchArgs {
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
     /// Generations
-    #[arg(long, value_name = "N", default_value_t = 16)]
+    #[arg(long, value_name = "N", default_value_t = 12)]
     #[arg(value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub generations: u32,
     /// Candidates of each generation; a quarter of them survives
-    #[arg(long, value_name = "N", default_value_t = 24)]
+    #[arg(long, value_name = "N", default_value_t = 16)]
     #[arg(value_parser = clap::value_parser!(u32).range(4..=10_000))]
     pub candidates: u32,
     /// Runs of each scene for each candidate in a generation
@@ -118,7 +118,12 @@ fn text(tuning: &Tuning, best: &Candidate, contender: Contender, total: u64) -> 
         .collect();
     let numbers = tuning.named(best).map(|(number, value)| {
         let number = if is_peer { format!("peers.{number}") } else { number.to_owned() };
-        format!("{number} = {value:.5}\n")
+        format!("{number} = {}\n", four_digits(value))
     });
     format!("{head}{}\n{}", table(&rows), numbers.collect::<String>())
+}
+
+/// A number with four significant digits: gains of a millionth are numbers as well.
+fn four_digits(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
 }

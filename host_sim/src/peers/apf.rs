@@ -26,27 +26,27 @@ numbers! {
     /// Numbers of the potential field.
     ApfConfig, "apf" {
         /// ρ₀: obstacles farther beyond the body than this do not repel, in m.
-        range_m: 0.06, 0.001 to 20.0, linear(0.01, 0.175);
+        range_m: 0.12, 0.001 to 20.0, linear(0.01, 0.175);
         /// η, relative to the attraction, in m³.
-        repulsion_m3: 1e-6, 0.0 to 1.0, log(1e-9, 1e-4);
+        repulsion_m3: 4.55e-6, 0.0 to 1.0, log(1e-9, 1e-4);
         /// Share of the repulsion that goes around the obstacle.
-        swirl: 0.5, 0.0 to 100.0, linear(0.0, 2.0);
+        swirl: 1.91, 0.0 to 100.0, linear(0.0, 2.0);
         /// Speed where nothing is near, as a share of c*.
-        cruise_share: 0.8, 0.01 to 1.0, linear(0.3, 1.0);
+        cruise_share: 0.887, 0.01 to 1.0, linear(0.3, 1.0);
         /// Time that the free way ahead must last, in s.
-        headway_s: 0.4, 0.0 to 100.0, linear(0.1, 1.5);
+        headway_s: 0.444, 0.0 to 100.0, linear(0.1, 1.5);
         /// What the way ahead must leave free beside the body, in m.
-        margin_m: 0.003, 0.0 to 1.0, linear(0.0, 0.01);
+        margin_m: 0.00458, 0.0 to 1.0, linear(0.0, 0.01);
         /// Within this distance of the body the speed falls, in m.
-        near_m: 0.02, 0.0001 to 20.0, log(0.001, 0.1);
+        near_m: 0.00247, 0.0001 to 20.0, log(0.001, 0.1);
         /// Beyond this bearing of the force the robot turns on the spot, in rad.
-        spot_rad: 0.8, 0.01 to 3.2, linear(0.3, 1.57);
+        spot_rad: 0.872, 0.01 to 3.2, linear(0.3, 1.57);
         /// Time constant of the turn towards the force, in s.
-        turn_time_s: 0.25, 0.01 to 10.0, linear(0.13, 0.6);
+        turn_time_s: 0.158, 0.01 to 10.0, linear(0.13, 0.6);
         /// Directions beyond this bearing are taken backwards, in rad.
-        back_rad: 2.4, 0.0 to 3.2, linear(1.57, 3.2);
+        back_rad: 2.24, 0.0 to 3.2, linear(1.57, 3.2);
         /// How long a point is remembered that is not seen again, in s.
-        memory_s: 3.0, 0.0 to 600.0, log(0.2, 20.0);
+        memory_s: 1.35, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 
@@ -111,5 +111,29 @@ impl Navigator for PotentialField {
 
     fn memory_s(&self) -> f64 {
         self.config.memory_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ApfConfig, PotentialField};
+    use crate::peers::testing::{ROBOT, view};
+
+    #[test]
+    fn an_obstacle_pushes_away_within_its_range_only() {
+        let config = ApfConfig { swirl: 0.0, ..ApfConfig::default() };
+        let field = PotentialField::new(ROBOT, config.clone());
+        let force = |range_m: f64| {
+            let mut ranges = [None; 12];
+            // To the left, with the target straight ahead.
+            ranges[3] = Some(ROBOT.body_radius_m + range_m);
+            field.force(&view(&ranges, &[], 0.0))
+        };
+        assert!((force(config.range_m).norm() - 1.0).abs() < 1e-12, "the attraction alone");
+        let (far, near) = (force(0.8 * config.range_m), force(0.4 * config.range_m));
+        assert!(near.y < far.y && far.y < 0.0, "to the right, the more the nearer: {far:?}, {near:?}");
+        let range: f64 = 0.4 * config.range_m;
+        let expected = config.repulsion_m3 * (1.0 / range - 1.0 / config.range_m) / (range * range);
+        assert!((near.y + expected).abs() < 1e-9 * expected && (near.x - 1.0).abs() < 1e-9, "{near:?}");
     }
 }

@@ -37,3 +37,36 @@ fn towards(config: &ApproachConfig, bearing_rad: f64, distance_m: f64) -> Twist 
     // An arc to bearing α turns the body by 2α on its way.
     Twist { forward_mps: distance / config.time_s, turn_radps: 2.0 * bearing / config.time_s }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::approach;
+    use crate::peers::config::ApproachConfig;
+    use crate::peers::robot::Twist;
+    use crate::peers::testing::{ROBOT, view};
+    use nalgebra::Point2;
+
+    fn at(bearing_rad: f64, distance_m: f64, points: &[Point2<f64>]) -> Option<Twist> {
+        let mut view = view(&[None; 12], points, bearing_rad);
+        view.target.distance_m = distance_m;
+        approach(&ApproachConfig::default(), &ROBOT, &view)
+    }
+
+    #[test]
+    fn only_what_is_near_and_free_is_approached() {
+        assert_eq!(at(0.0, 0.2, &[]), None);
+        assert_eq!(at(0.0, 0.08, &[Point2::new(0.06, 0.01)]), None);
+        assert!(at(0.0, 0.08, &[Point2::new(0.06, 0.04)]).is_some(), "beside the way");
+        assert!(at(0.0, 0.02, &[Point2::new(0.06, 0.0)]).is_some(), "behind the target");
+    }
+
+    #[test]
+    fn it_drives_ahead_turns_aside_and_backs_up() {
+        let ahead = at(0.05, 0.01, &[]).unwrap();
+        assert!(ahead.forward_mps > 0.0 && ahead.turn_radps > 0.0, "{ahead:?}");
+        let aside = at(-1.0, 0.01, &[]).unwrap();
+        assert!(aside.forward_mps.abs() < 1e-12 && aside.turn_radps < 0.0, "{aside:?}");
+        let behind = at(3.1, 0.01, &[]).unwrap();
+        assert!(behind.forward_mps < 0.0, "{behind:?}");
+    }
+}

@@ -32,31 +32,31 @@ numbers! {
     /// Numbers of Bug2.
     Bug2Config, "bug2" {
         /// What a passage must leave free beside the body, in m.
-        gap_m: 0.0015, 0.0 to 1.0, linear(0.0, 0.01);
+        gap_m: 0.0, 0.0 to 1.0, linear(0.0, 0.01);
         /// Edges are followed at this distance from the body, in m.
-        margin_m: 0.006, 0.0001 to 1.0, linear(0.002, 0.02);
+        margin_m: 0.00439, 0.0001 to 1.0, linear(0.002, 0.02);
         /// Obstacles farther away than this block no direction while an edge is followed, in m from the robot's centre.
-        look_m: 0.1, 0.001 to 20.0, linear(0.05, 0.2);
+        look_m: 0.0615, 0.001 to 20.0, linear(0.05, 0.2);
         /// An obstacle on the way to the target is hit at this distance before the body would touch it, in m.
-        hit_m: 0.03, 0.0 to 20.0, linear(0.005, 0.1);
+        hit_m: 0.0199, 0.0 to 20.0, linear(0.005, 0.1);
         /// How much nearer than the hit point the m-line must be met, in m.
-        gain_m: 0.02, 0.0 to 10.0, linear(0.005, 0.08);
+        gain_m: 0.0127, 0.0 to 10.0, linear(0.005, 0.08);
         /// How far the way to the target must be free to leave, in m.
-        leave_m: 0.05, 0.0 to 10.0, linear(0.01, 0.12);
+        leave_m: 0.0786, 0.0 to 10.0, linear(0.01, 0.12);
         /// Speed where nothing is near, as a share of c*.
-        cruise_share: 0.7, 0.01 to 1.0, linear(0.3, 1.0);
+        cruise_share: 0.849, 0.01 to 1.0, linear(0.3, 1.0);
         /// Time that the free way ahead must last, in s.
         headway_s: 0.3, 0.0 to 100.0, linear(0.1, 1.5);
         /// Within this distance of the body the speed falls, in m.
-        near_m: 0.02, 0.0001 to 20.0, log(0.001, 0.1);
+        near_m: 0.0184, 0.0001 to 20.0, log(0.001, 0.1);
         /// Beyond this bearing the robot turns on the spot, in rad.
-        spot_rad: 0.7, 0.01 to 3.2, linear(0.3, 1.57);
+        spot_rad: 1.15, 0.01 to 3.2, linear(0.3, 1.57);
         /// Time constant of a turn, in s.
-        turn_time_s: 0.2, 0.01 to 10.0, linear(0.13, 0.6);
+        turn_time_s: 0.322, 0.01 to 10.0, linear(0.13, 0.6);
         /// Directions beyond this bearing are taken backwards, in rad.
-        back_rad: 2.4, 0.0 to 3.2, linear(1.57, 3.2);
+        back_rad: 2.91, 0.0 to 3.2, linear(1.57, 3.2);
         /// How long a point is remembered that is not seen again, in s.
-        memory_s: 3.0, 0.0 to 600.0, log(0.2, 20.0);
+        memory_s: 0.748, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 
@@ -304,5 +304,41 @@ impl Navigator for Bug2 {
 
     fn memory_s(&self) -> f64 {
         self.config.memory_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Bug2, Bug2Config, MLine};
+    use crate::peers::testing::{ROBOT, view};
+    use core::f64::consts::FRAC_PI_2;
+    use nalgebra::Point2;
+
+    /// A wall across the way, with an opening if wished.
+    fn wall(ahead_m: f64, opening: core::ops::Range<f64>) -> Vec<Point2<f64>> {
+        let across = (-30..=30).map(|i| f64::from(i) * 0.01).filter(|y| !opening.contains(y));
+        across.map(|y| Point2::new(ahead_m, y)).collect()
+    }
+
+    #[test]
+    fn follows_a_wall_and_enters_an_opening_in_it() {
+        let mut bug = Bug2::new(ROBOT, Bug2Config::default());
+        let at = ROBOT.body_radius_m + Bug2Config::default().margin_m;
+        let closed = wall(at, 0.0..0.0);
+        let bearing = bug.bearing(&view(&[None; 12], &closed, 0.0)).unwrap();
+        assert!((bearing.abs() - FRAC_PI_2).abs() < 0.2, "along the wall: {bearing}");
+        let mut bug = Bug2::new(ROBOT, Bug2Config::default());
+        let open = wall(at, -0.05..0.05);
+        let bearing = bug.bearing(&view(&[None; 12], &open, 0.0)).unwrap();
+        assert!(bearing.abs() < 1e-9 && bug.edge.is_none(), "through it: {bearing}");
+    }
+
+    #[test]
+    fn the_m_line_has_two_sides() {
+        let line = MLine { from: Point2::new(0.0, 0.0), to: Point2::new(2.0, 0.0) };
+        assert!((line.offset(Point2::new(1.0, 0.3)) - 0.3).abs() < 1e-12);
+        assert!((line.offset(Point2::new(5.0, -0.3)) + 0.3).abs() < 1e-12);
+        let nowhere = MLine { from: line.to, to: line.to };
+        assert!(nowhere.offset(line.from).abs() < 1e-12);
     }
 }

@@ -34,45 +34,45 @@ numbers! {
     /// Numbers of VFH+.
     VfhConfig, "vfh" {
         /// Edge of a cell, in m.
-        cell_m: 0.007, 0.001 to 0.1, log(0.004, 0.015);
+        cell_m: 0.0072, 0.001 to 0.1, log(0.004, 0.015);
         /// Radius of the active window, in m.
-        window_m: 0.2, 0.05 to 1.0, linear(0.08, 0.5);
+        window_m: 0.5, 0.05 to 1.0, linear(0.08, 0.5);
         /// Distance that is added to the body's radius, in m.
-        safety_m: 0.004, 0.0 to 1.0, linear(0.0, 0.02);
+        safety_m: 0.0, 0.0 to 1.0, linear(0.0, 0.02);
         /// Certainty that a reading adds to its cell, of at most 1.
-        hit: 0.5, 0.01 to 1.0, linear(0.1, 1.0);
+        hit: 0.141, 0.01 to 1.0, linear(0.1, 1.0);
         /// Certainty that it takes from each cell before it.
-        miss: 0.2, 0.0 to 1.0, linear(0.0, 0.6);
+        miss: 0.119, 0.0 to 1.0, linear(0.0, 0.6);
         /// a: weight of the nearest cells against 1 at the rim of the window.
-        near_weight: 4.0, 1.0 to 1000.0, log(1.0, 30.0);
+        near_weight: 6.32, 1.0 to 1000.0, log(1.0, 30.0);
         /// Density below which a blocked sector becomes free.
-        threshold_low: 0.3, 0.0 to 1000.0, log(0.03, 3.0);
+        threshold_low: 1.68, 0.0 to 1000.0, log(0.03, 3.0);
         /// Density above which a free sector is blocked, as a multiple of the other.
-        threshold_ratio: 1.5, 1.0 to 1000.0, linear(1.0, 4.0);
+        threshold_ratio: 2.32, 1.0 to 1000.0, linear(1.0, 4.0);
         /// Openings of more sectors than this are wide: the robot keeps half of it from their edges.
-        wide_sectors: 16.0, 1.0 to 72.0, linear(4.0, 30.0);
+        wide_sectors: 21.0, 1.0 to 72.0, linear(4.0, 30.0);
         /// μ₁: off the target.
         target_cost: 5.0, 0.0 to 1000.0, given;
         /// μ₂: off the heading.
-        heading_cost: 2.0, 0.0 to 1000.0, linear(0.0, 6.0);
+        heading_cost: 4.49, 0.0 to 1000.0, linear(0.0, 6.0);
         /// μ₃: off the last choice.
-        change_cost: 2.0, 0.0 to 1000.0, linear(0.0, 6.0);
+        change_cost: 0.511, 0.0 to 1000.0, linear(0.0, 6.0);
         /// Radius of the turning circle over the speed, in s.
-        turning_s: 0.1, 0.0 to 100.0, linear(0.0, 0.5);
+        turning_s: 0.418, 0.0 to 100.0, linear(0.0, 0.5);
         /// Speed where nothing is near, as a share of c*.
-        cruise_share: 0.8, 0.01 to 1.0, linear(0.3, 1.0);
+        cruise_share: 0.363, 0.01 to 1.0, linear(0.3, 1.0);
         /// Time that the free way ahead must last, in s.
-        headway_s: 0.4, 0.0 to 100.0, linear(0.1, 1.5);
+        headway_s: 0.649, 0.0 to 100.0, linear(0.1, 1.5);
         /// Within this distance of the body the speed falls, in m.
-        near_m: 0.02, 0.0001 to 20.0, log(0.001, 0.1);
+        near_m: 0.00665, 0.0001 to 20.0, log(0.001, 0.1);
         /// Beyond this bearing the robot turns on the spot, in rad.
-        spot_rad: 0.8, 0.01 to 3.2, linear(0.3, 1.57);
+        spot_rad: 1.13, 0.01 to 3.2, linear(0.3, 1.57);
         /// Time constant of a turn, in s.
-        turn_time_s: 0.25, 0.01 to 10.0, linear(0.13, 0.6);
+        turn_time_s: 0.398, 0.01 to 10.0, linear(0.13, 0.6);
         /// Directions beyond this bearing are taken backwards, in rad.
-        back_rad: 2.4, 0.0 to 3.2, linear(1.57, 3.2);
+        back_rad: 2.95, 0.0 to 3.2, linear(1.57, 3.2);
         /// How long a point is remembered that is not seen again, in s.
-        memory_s: 3.0, 0.0 to 600.0, log(0.2, 20.0);
+        memory_s: 10.8, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 
@@ -87,26 +87,19 @@ const RANGE_NOISE: f64 = 0.1;
 /// Cells from the middle to the rim, at most.
 const HALF_MAX: i32 = 200;
 
-/// The certainty grid: a square window of the world that moves with the robot by whole cells.
+/// The certainty grid: a square window of the world around the robot. Only cells with a certainty are held, since most
+/// have none.
 #[derive(Debug, Clone)]
 struct Grid {
     cell_m: f64,
     /// Cells from the middle to the rim.
     half: i32,
-    /// The cell in the middle.
-    centre: (i32, i32),
-    cells: Vec<f64>,
+    cells: Vec<((i32, i32), f64)>,
 }
 
 impl Grid {
     fn new(cell_m: f64, window_m: f64) -> Self {
-        let half = whole(window_m / cell_m).clamp(1, HALF_MAX);
-        let side = usize::try_from(2 * half + 1).unwrap_or(1);
-        Self { cell_m, half, centre: (0, 0), cells: vec![0.0; side * side] }
-    }
-
-    fn clear(&mut self) {
-        self.cells.fill(0.0);
+        Self { cell_m, half: whole(window_m / cell_m).clamp(1, HALF_MAX), cells: Vec::new() }
     }
 
     /// The cell of a place.
@@ -114,69 +107,54 @@ impl Grid {
         (whole(place.x / self.cell_m), whole(place.y / self.cell_m))
     }
 
-    fn index(&self, (x, y): (i32, i32)) -> Option<usize> {
-        let side = 2 * self.half + 1;
-        let (column, row) = (x - self.centre.0 + self.half, y - self.centre.1 + self.half);
-        let is_inside = (0..side).contains(&column) && (0..side).contains(&row);
-        if is_inside { usize::try_from(row * side + column).ok() } else { None }
-    }
-
-    /// Moves the window to the robot; what leaves it is forgotten.
+    /// Moves the window to the robot; what leaves it is forgotten, and so is what nothing speaks for any more.
     fn follow(&mut self, position: Point2<f64>) {
-        let centre = self.at(position);
-        if centre == self.centre {
-            return;
-        }
-        let before = self.clone();
-        self.centre = centre;
-        self.clear();
-        for (cell, certainty) in before.occupied() {
-            if let Some(index) = self.index(cell) {
-                self.cells[index] = certainty;
-            }
-        }
-    }
-
-    /// Cells with any certainty.
-    fn occupied(&self) -> impl Iterator<Item = ((i32, i32), f64)> {
-        let side = 2 * self.half + 1;
-        let (left, low) = (self.centre.0 - self.half, self.centre.1 - self.half);
-        let places = (0..side).flat_map(move |row| (0..side).map(move |column| (left + column, low + row)));
-        places.zip(self.cells.iter().copied()).filter(|&(_, certainty)| certainty > 0.0)
+        let (x, y) = self.at(position);
+        let half = self.half;
+        self.cells.retain(|&((column, row), certainty)| {
+            certainty > 0.0 && (column - x).abs() <= half && (row - y).abs() <= half
+        });
     }
 
     fn add(&mut self, cell: (i32, i32), certainty: f64) {
-        if let Some(index) = self.index(cell) {
-            self.cells[index] = (self.cells[index] + certainty).clamp(0.0, 1.0);
+        match self.cells.iter_mut().find(|(place, _)| *place == cell) {
+            Some((_, known)) => *known = (*known + certainty).min(1.0),
+            None => self.cells.push((cell, certainty.min(1.0))),
         }
     }
 
-    /// Occupied cells as the robot sees them.
-    fn seen(&self, view: &View) -> Vec<Seen> {
-        let seen = |(cell, certainty): ((i32, i32), f64)| {
-            let middle = |cell: i32| (f64::from(cell) + 0.5) * self.cell_m;
-            let to = Point2::new(middle(cell.0), middle(cell.1)) - view.position;
-            Seen { cell, direction_rad: libm::atan2(to.y, to.x), distance_m: to.norm(), certainty }
-        };
-        self.occupied().map(seen).collect()
+    /// A cell as the robot sees it.
+    fn seen(&self, view: &View, (column, row): (i32, i32), certainty: f64) -> Seen {
+        let middle = |cell: i32| (f64::from(cell) + 0.5) * self.cell_m;
+        let to = Point2::new(middle(column), middle(row)) - view.position;
+        Seen { direction_rad: libm::atan2(to.y, to.x), distance_m: to.norm(), certainty }
     }
 
-    /// A scan: certainty for the cells where readings end, less for those that beams pass over.
-    fn read(&mut self, config: &VfhConfig, view: &View, reach_m: f64) {
-        let bearing = |sensor| view.heading_rad + f64::from(sensor_bearing::<f32>(sensor, SENSORS));
-        for cell in self.seen(view) {
-            for (sensor, range) in view.ranges.iter().enumerate() {
-                let free = range.unwrap_or(reach_m) * (1.0 - RANGE_NOISE) - self.cell_m;
-                if cell.distance_m < free && turn(bearing(sensor), cell.direction_rad).abs() < BEAM_RAD {
-                    self.add(cell.cell, -config.miss);
-                }
-            }
-        }
+    /// A scan: certainty for the cells where readings end, less for those that beams pass over. All cells as they are
+    /// seen then.
+    fn read(&mut self, config: &VfhConfig, view: &View, reach_m: f64) -> Vec<Seen> {
+        let bearing = |sensor| f64::from(sensor_bearing::<f32>(sensor, SENSORS));
         for (sensor, range) in view.ranges.iter().enumerate() {
             let Some(range) = range else { continue };
-            let (sin, cos) = libm::sincos(bearing(sensor));
+            let (sin, cos) = libm::sincos(view.heading_rad + bearing(sensor));
             self.add(self.at(view.position + Vector2::new(cos, sin) * *range), config.hit);
         }
+        let mut cells = Vec::with_capacity(self.cells.len());
+        for index in 0..self.cells.len() {
+            let (cell, certainty) = self.cells[index];
+            let mut seen = self.seen(view, cell, certainty);
+            let passed = view.ranges.iter().enumerate().any(|(sensor, range)| {
+                let free = range.unwrap_or(reach_m) * (1.0 - RANGE_NOISE) - self.cell_m;
+                seen.distance_m < free
+                    && turn(view.heading_rad + bearing(sensor), seen.direction_rad).abs() < BEAM_RAD
+            });
+            if passed {
+                seen.certainty = (certainty - config.miss).max(0.0);
+                self.cells[index].1 = seen.certainty;
+            }
+            cells.push(seen);
+        }
+        cells
     }
 }
 
@@ -189,7 +167,6 @@ fn whole(cells: f64) -> i32 {
 /// A cell as the histograms see it.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
-    cell: (i32, i32),
     /// Direction in the world, rad.
     direction_rad: f64,
     distance_m: f64,
@@ -233,9 +210,8 @@ impl Vfh {
 
     fn look(&mut self, view: &View) -> Vec<Seen> {
         self.grid.follow(view.position);
-        self.grid.read(&self.config, view, self.robot.reach_m);
         let farthest = self.config.window_m.min(view.target.distance_m + self.robot.body_radius_m);
-        let mut cells = self.grid.seen(view);
+        let mut cells = self.grid.read(&self.config, view, self.robot.reach_m);
         cells.retain(|cell| cell.distance_m < farthest);
         cells
     }
@@ -368,12 +344,50 @@ impl Navigator for Vfh {
     }
 
     fn reset(&mut self) {
-        self.grid.clear();
+        self.grid.cells.clear();
         self.blocked = [false; SECTORS];
         self.last_rad = None;
     }
 
     fn memory_s(&self) -> f64 {
         self.config.memory_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SECTORS, Vfh, VfhConfig};
+    use crate::peers::Navigator;
+    use crate::peers::testing::{ROBOT, view};
+
+    #[test]
+    fn what_is_seen_blocks_its_directions_until_it_is_gone() {
+        let mut vfh = Vfh::new(ROBOT, VfhConfig { hit: 1.0, ..VfhConfig::default() });
+        let mut ranges = [None; 12];
+        ranges[0] = Some(0.06);
+        let motion = vfh.decide(&view(&ranges, &[], 0.0));
+        let blocked = |vfh: &Vfh| vfh.blocked.iter().filter(|&&blocked| blocked).count();
+        assert!((2..SECTORS / 2).contains(&blocked(&vfh)), "{} sectors", blocked(&vfh));
+        assert!(vfh.blocked[SECTORS / 2] && !vfh.blocked[0], "ahead, not behind");
+        assert!(motion.turn_radps.abs() > 0.1, "{motion:?} turns aside");
+        for _ in 0..20 {
+            vfh.decide(&view(&[None; 12], &[], 0.0));
+        }
+        assert_eq!(blocked(&vfh), 0, "beams have passed there");
+    }
+
+    #[test]
+    fn narrow_openings_are_taken_in_the_middle_and_wide_ones_at_their_edges() {
+        let vfh = Vfh::new(ROBOT, VfhConfig { wide_sectors: 10.0, ..VfhConfig::default() });
+        let open = |from: usize, to: usize| core::array::from_fn(|sector| !(from..to).contains(&sector));
+        let ranges = [None; 12];
+        let view = view(&ranges, &[], 0.0);
+        let narrow = vfh.candidates(&view, &open(40, 44));
+        assert!(
+            matches!(narrow[..], [middle] if (middle - super::direction(42) + super::SECTOR_RAD / 2.0).abs() < 1e-9)
+        );
+        assert_eq!(vfh.candidates(&view, &open(20, 60)).len(), 3, "both edges and the target ahead");
+        assert_eq!(vfh.candidates(&view, &open(40, 60)).len(), 2, "the target is not in it");
+        assert!(vfh.candidates(&view, &[true; SECTORS]).is_empty());
     }
 }
