@@ -264,6 +264,8 @@ pub struct CooperativeConfig {
     pub opening_aside_rad: f32,
     /// Opening: beyond this bearing it is turned towards on the spot.
     pub opening_turn_rad: f32,
+    /// Opening: `σ_ad` on the way through.
+    pub opening_distance_sigma_m: f32,
     /// Opening: how long one is tried.
     pub opening_give_up_ms: u16,
     /// The cruise share grows to this with the room around the robot.
@@ -438,6 +440,7 @@ impl Default for CooperativeConfig {
             opening_length_m: 0.10,
             opening_aside_rad: 1.75,
             opening_turn_rad: 0.35,
+            opening_distance_sigma_m: 0.039,
             opening_give_up_ms: 5000,
             open_cruise_share: 0.92,
             open_room_m: 0.10,
@@ -879,7 +882,9 @@ impl Config {
 
     fn opening_parameters<S: Scalar>(&self) -> OpeningParameters<S> {
         let c = &self.cooperative;
+        let sigma = c.opening_distance_sigma_m / self.reach_m();
         OpeningParameters {
+            distance_steepness: S::from_f32(core::f32::consts::FRAC_1_SQRT_2 / sigma),
             half_width_m: S::from_f32(self.robot.body_radius_m + c.opening_margin_m),
             flank_m: S::from_f32(c.opening_flank_m),
             length_m: S::from_f32(c.opening_length_m),

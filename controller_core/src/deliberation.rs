@@ -22,7 +22,7 @@ use crate::localisation::memory::ObstacleMemory;
 use crate::localisation::obstacle::ObstacleField;
 use crate::localisation::opening::Opening;
 use crate::localisation::separation::Others;
-use crate::localisation::target::TargetField;
+use crate::localisation::target::{Approach, TargetField};
 use crate::motor_control;
 use crate::reflex::Latched;
 use crate::scalar::Scalar;
@@ -274,10 +274,16 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
                         period,
                     );
                     let place = p.scaling.features(way.place);
-                    let nearest = nearest(points);
-                    let far = p.neural.target.far_with(nearest);
-                    let turn_first = way.turn_first;
-                    TargetField::localise(&self.map, far, &p.reaching, place, turn_first)
+                    let approach = Approach {
+                        far: p.neural.target.far_with(nearest(points)),
+                        turn_first: way.turn_first,
+                        distance_steepness: if self.opening.is_passing() {
+                            p.opening.distance_steepness
+                        } else {
+                            p.neural.target.distance_steepness
+                        },
+                    };
+                    TargetField::localise(&self.map, approach, &p.reaching, place)
                 });
                 self.standing.target = Stamped::new(field, latched.now);
             }

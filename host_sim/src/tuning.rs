@@ -16,7 +16,7 @@ use crate::sil::Indirect;
 use crate::sweep::{Maps, run_one};
 
 /// Numbers of cooperative EKMs that a search may tune.
-const COOPERATIVE: [Dimension; 24] = [
+const COOPERATIVE: [Dimension; 25] = [
     Dimension::log("cooperative.target_amplitude", 0.01, 0.3),
     Dimension::linear("cooperative.target_bearing_sigma_rad", 0.8, 4.0),
     Dimension::log("cooperative.target_distance_sigma_m", 0.005, 0.04),
@@ -40,6 +40,7 @@ const COOPERATIVE: [Dimension; 24] = [
     Dimension::linear("cooperative.opening_length_m", 0.06, 0.12),
     Dimension::linear("cooperative.opening_aside_rad", 0.9, 2.2),
     Dimension::linear("cooperative.opening_turn_rad", 0.15, 1.0),
+    Dimension::log("cooperative.opening_distance_sigma_m", 0.005, 0.06),
     Dimension::linear("cooperative.opening_give_up_ms", 2000.0, 10_000.0),
 ];
 

@@ -23,6 +23,8 @@ pub struct OpeningParameters<S> {
     pub aside_rad: S,
     /// Beyond this bearing the robot turns on the spot before it drives (rad).
     pub turn_rad: S,
+    /// 1 / (√2 `σ_ad`) of the target field on the way through, per reach: between jambs shorter steps must do.
+    pub distance_steepness: S,
     /// How long one is tried; then none is, for as long (ms).
     pub give_up_ms: u16,
 }
@@ -195,6 +197,7 @@ mod tests {
             length_m: s(0.1),
             aside_rad: s(1.5),
             turn_rad: s(0.35),
+            distance_steepness: s(4.0),
             give_up_ms: 4000,
         }
     }

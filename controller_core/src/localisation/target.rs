@@ -43,6 +43,17 @@ impl<S: Scalar> TargetFieldParameters<S> {
     }
 }
 
+/// How a target is approached.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Approach<S> {
+    /// From this distance (features) on it counts as far.
+    pub far: Option<S>,
+    /// It is turned towards on the spot first.
+    pub turn_first: bool,
+    /// 1 / (√2 `σ_ad`), per reach: the wider, the sooner a shorter step takes over where the wished one is inhibited.
+    pub distance_steepness: S,
+}
+
 /// The target field: its centre stands for all of it, since every `a_i` follows from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TargetField<S> {
@@ -54,6 +65,8 @@ pub struct TargetField<S> {
     pub winner: NeuronIndex,
     /// Its weight `w_s`, the centre of the field.
     pub centre: Features<S>,
+    /// 1 / (√2 `σ_ad`), per reach.
+    pub distance_steepness: S,
 }
 
 impl<S: Scalar> TargetField<S> {
@@ -61,21 +74,25 @@ impl<S: Scalar> TargetField<S> {
     #[must_use]
     pub fn localise<O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
         map: &Map<S, O, COLUMNS, ROWS>,
-        far: Option<S>,
+        approach: Approach<S>,
         reaching: &ReachingParameters<S>,
         target: Features<S>,
-        turn_first: bool,
     ) -> Option<Self> {
-        let aim = if turn_first { Aim::turning(target.bearing) } else { reaching.aim.at(far, target) };
+        let aim = if approach.turn_first {
+            Aim::turning(target.bearing)
+        } else {
+            reaching.aim.at(approach.far, target)
+        };
         let winner = map.winner(&reaching.winner, aim, reaching.winner.eligible)?;
-        Some(Self { target, aim, winner, centre: map.place(winner) })
+        let distance_steepness = approach.distance_steepness;
+        Some(Self { target, aim, winner, centre: map.place(winner), distance_steepness })
     }
 
     /// The activity `a_i` of a neuron with weight `place` (P2 Eq. 4, 5), amplitude included.
     #[must_use]
     pub fn activity(&self, p: &TargetFieldParameters<S>, place: Features<S>) -> S {
         let bearing = angle_between(self.centre.bearing, place.bearing) * p.bearing_steepness;
-        let distance = (place.distance - self.centre.distance) * p.distance_steepness;
+        let distance = (place.distance - self.centre.distance) * self.distance_steepness;
         p.amplitude * (bearing * bearing + distance * distance).exp_neg()
     }
 }
