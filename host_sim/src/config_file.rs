@@ -1,6 +1,7 @@
 //! The controller's configuration as a TOML file: any number that is not in the file keeps its default.
 //!
-//! The numbers of the peers are in it as well, in the table `[peers]`. Some files are built in, and go by their names: `configs/*.toml` of this crate.
+//! The numbers of the peers are in it as well, in the table `[peers]`. Some files are built in, and go by
+//! their names: `configs/*.toml` of this crate.
 
 use std::path::Path;
 

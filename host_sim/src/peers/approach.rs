@@ -1,7 +1,7 @@
 //! The way over the last centimetres: to a target that is near, and to which nothing blocks the way.
 //!
-//! No source of the peers says how to stop within a millimetre. Here all do it alike, on the arc that ends at the target
-//! (the exact inverse, as in [`crate::arc`]), in a time that stands: the speed falls with the distance.
+//! No source of the peers says how to stop within a millimetre. Here all do it alike, on the arc that ends at the
+//! target (the exact inverse, as in [`crate::arc`]), in a time that stands: the speed falls with the distance.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 

@@ -3,7 +3,7 @@
 //! A group is a struct of `f64`, in SI units with the unit in the name; [`Number`] tells what each may be and where a
 //! search looks for it. Nothing is validated again after [`PeerConfig::validate`].
 //!
-//! The defaults were found by the search behind `host_sim search NAME`, the same for all four: seed 1, 12 generations of 16
+//! The defaults were found by the search behind `host_sim search NAME`, the same for all: seed 1, 12 generations of 16
 //! candidates, on 21 scenes (traps, doors, a wall's end, a corridor, posts, moving discs, three figures of the papers).
 
 use serde::{Deserialize, Serialize};
@@ -42,7 +42,8 @@ macro_rules! numbers {
     ($(#[$doc:meta])* $group:ident, $table:literal {
         $(
             $(#[$field_doc:meta])+
-            $field:ident: $default:literal, $low:literal to $high:literal, $search:ident $(($from:literal, $to:literal))?;
+            $field:ident: $default:literal, $low:literal to $high:literal,
+            $search:ident $(($from:literal, $to:literal))?;
         )+
     }) => {
         $(#[$doc])*

@@ -10,8 +10,8 @@
 //! # Left open, and chosen
 //!
 //! * **Scale**: cells of a centimetre or less, sectors of 5°. A reading goes to the cell on the axis of its beam, and
-//!   takes certainty from all cells within the beam that it has passed, not from those on the axis alone: phantoms beside
-//!   the axis would close a doorway for good.
+//!   takes certainty from all cells within the beam that it has passed, not from those on the axis alone: phantoms
+//!   beside the axis would close a doorway for good.
 //! * **A cell inside the enlarged body** blocks half of the circle (asin is not defined there).
 //! * **Turning circle**: a differential drive turns on the spot, if slow enough: the radius grows with the speed.
 //!   Where that masks everything, the robot brakes and turns by the binary histogram.
