@@ -338,7 +338,9 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     #[must_use]
     pub fn ways(&self, p: &Parameters<S, SENSORS>, pose: Pose<S>) -> Ways<S, SWEEP_POINTS> {
         let points = self.standing.points.iter().copied().chain(self.memory.seen_from(pose));
-        Ways::among(&p.sweep, p.scaling.reach_m(), points)
+        let margin_m =
+            self.opening.is_passing().then_some(p.opening.half_width_m - p.proximity.body_radius_m);
+        Ways::among(&p.sweep, margin_m, p.scaling.reach_m(), points)
     }
 
     /// One training step ends, the next begins (P1 Eq. 6–8): the map learns from the way just made, then the

@@ -16,7 +16,7 @@ use crate::sil::Indirect;
 use crate::sweep::{Maps, run_one};
 
 /// Numbers of cooperative EKMs that a search may tune.
-const COOPERATIVE: [Dimension; 25] = [
+const COOPERATIVE: [Dimension; 24] = [
     Dimension::log("cooperative.target_amplitude", 0.01, 0.3),
     Dimension::linear("cooperative.target_bearing_sigma_rad", 0.8, 4.0),
     Dimension::log("cooperative.target_distance_sigma_m", 0.005, 0.04),
@@ -34,7 +34,6 @@ const COOPERATIVE: [Dimension; 25] = [
     Dimension::linear("cooperative.detour_free_rad", 0.05, 0.6),
     Dimension::linear("cooperative.detour_free_m", 0.08, 0.25),
     Dimension::linear("cooperative.detour_side_ms", 5000.0, 30_000.0),
-    Dimension::linear("robot.beam_half_width_rad", 0.0, 0.13),
     Dimension::linear("cooperative.opening_margin_m", 0.0005, 0.008),
     Dimension::linear("cooperative.opening_flank_m", 0.04, 0.12),
     Dimension::linear("cooperative.opening_length_m", 0.06, 0.12),

@@ -318,7 +318,6 @@ parameters! {
     learning.chart: Chart, "1", 0.0, 1.0 => Chart::MUST;
     learning.surprise_ratio: f32, "1", 0.0, 100.0 => "0 (never) or a ratio up to 100";
     learning.surprised_age: u16, "1", 0.0, 65_535.0 => "between 0 and 65,535";
-    robot.beam_half_width_rad: f32, "rad", 0.0, 1.6 => "between 0 and π/2";
     cooperative.opening_margin_m: f32, "m", 0.0, 1.0 => "between 0 and 1 m";
     cooperative.opening_flank_m: f32, "m", 0.0, 10.0 => "0 (none) or up to 10 m";
     cooperative.opening_length_m: f32, "m", 1e-3, 10.0 => "between 1 mm and 10 m";

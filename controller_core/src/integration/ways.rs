@@ -10,23 +10,32 @@ use crate::units::{Point, Polar};
 #[derive(Clone, Debug)]
 pub struct Ways<S, const POINTS: usize> {
     points: Vec<Point<S>, POINTS>,
+    /// Clearance wished beyond the body (m).
+    margin_m: S,
 }
 
 impl<S: Scalar, const POINTS: usize> Ways<S, POINTS> {
-    /// Keeps of the points those that the body can come near to within a step of length `reach_m`.
+    /// Keeps of the points those that the body can come near to within a step of length `reach_m`; on the way through an
+    /// opening `margin_m` of clearance must do.
     #[inline]
     #[must_use]
-    pub fn among(p: &SweepParameters<S>, reach_m: S, points: impl Iterator<Item = Point<S>>) -> Self {
+    pub fn among(
+        p: &SweepParameters<S>,
+        margin_m: Option<S>,
+        reach_m: S,
+        points: impl Iterator<Item = Point<S>>,
+    ) -> Self {
+        let margin_m = margin_m.unwrap_or(p.margin_m);
         let mut kept: Vec<Point<S>, POINTS> = Vec::new();
         // Points farther than the body can come within a step decide nothing.
-        let farthest = reach_m + p.body_radius_m + p.margin_m;
+        let farthest = reach_m + p.body_radius_m + margin_m;
         for point in points {
             // There is room for all.
             if point.x_m.abs() < farthest && point.y_m.abs() < farthest && kept.push(point).is_err() {
                 break;
             }
         }
-        Self { points: kept }
+        Self { points: kept, margin_m }
     }
 
     /// The inhibition of a neuron for what lies on the way to its place; see [`sweep`].
@@ -34,7 +43,10 @@ impl<S: Scalar, const POINTS: usize> Ways<S, POINTS> {
     #[must_use]
     pub fn inhibition(&self, p: &SweepParameters<S>, place: Polar<S>) -> S {
         let checked = p.strength > S::ZERO && !self.points.is_empty();
-        if checked { sweep::inhibition(p, place, self.points.iter()) } else { S::ZERO }
+        if !checked {
+            return S::ZERO;
+        }
+        sweep::inhibition(&SweepParameters { margin_m: self.margin_m, ..*p }, place, self.points.iter())
     }
 
     /// The obstacle points.

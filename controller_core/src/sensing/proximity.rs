@@ -41,8 +41,6 @@ pub struct ProximityParameters<S> {
     pub body_radius_m: S,
     /// Largest range beyond the body (m); a longer reading counts as nothing seen.
     pub range_m: S,
-    /// Half the width of a sensor's beam (rad); 0 takes all that is seen to lie on the axis.
-    pub beam_half_width_rad: S,
 }
 
 /// The bearing `α_j` of sensor j, in [−π, π).
@@ -53,43 +51,20 @@ pub fn sensor_bearing<S: Scalar>(sensor: usize, sensors: usize) -> S {
     wrap(S::TAU * count(sensor) / count(sensors.max(1)))
 }
 
-/// A neighbour that is farther by less than this does not make a detection the nearest: where a wall faces the middle
-/// between two beams both see it equally far, and where it faces one, the other sees it 8 % farther.
-const NEIGHBOUR_RATIO: f32 = 1.04;
-
 /// What the sensors detect: `u_j = (α_j, d_j)` for every sensor that sees something.
 ///
 /// A reading that is not a number is ignored, a negative one counts as zero range.
-///
-/// # We changed
-/// * A beam has a width, and what it reads is the nearest place in it. Where a neighbour sees something nearer, the
-///   surface comes nearer towards that side, so the place lies at that edge of the beam and not on its axis. On the
-///   axis, walls beside the robot would seem to lean into its way, and a door that it stands in would look closed.
 #[must_use]
 pub fn detections<S: Scalar, const SENSORS: usize>(
     parameters: &ProximityParameters<S>,
     scan: &Scan<S, SENSORS>,
 ) -> Vec<Polar<S>, SENSORS> {
-    let distance = |sensor: usize| {
-        let range = scan.range_m.get(sensor).copied().flatten()?;
-        (range < parameters.range_m).then(|| parameters.body_radius_m + range.max(S::ZERO))
-    };
-    let beside = |sensor: usize, distance_m: S| {
-        let limit = distance_m * S::from_f32(NEIGHBOUR_RATIO);
-        let left = distance(if sensor + 1 < SENSORS { sensor + 1 } else { 0 }).unwrap_or(S::LIMIT);
-        let right = distance(sensor.checked_sub(1).unwrap_or(SENSORS - 1)).unwrap_or(S::LIMIT);
-        if left.min(right) >= limit {
-            S::ZERO
-        } else if left <= right {
-            parameters.beam_half_width_rad
-        } else {
-            -parameters.beam_half_width_rad
-        }
-    };
-    first((0..SENSORS).filter_map(|sensor| {
-        let distance_m = distance(sensor)?;
-        let bearing = sensor_bearing::<S>(sensor, SENSORS) + beside(sensor, distance_m);
-        Some(Polar { bearing_rad: wrap(bearing), distance_m })
+    first(scan.range_m.iter().enumerate().filter_map(|(sensor, range)| {
+        let range = range.filter(|range| *range < parameters.range_m)?.max(S::ZERO);
+        Some(Polar {
+            bearing_rad: sensor_bearing(sensor, SENSORS),
+            distance_m: parameters.body_radius_m + range,
+        })
     }))
 }
 
@@ -100,8 +75,7 @@ mod tests {
 
     fn check<S: Scalar>() {
         let s = S::from_f32;
-        let parameters =
-            ProximityParameters { body_radius_m: s(0.025), range_m: s(0.175), beam_half_width_rad: s(0.1) };
+        let parameters = ProximityParameters { body_radius_m: s(0.025), range_m: s(0.175) };
         let mut scan = Scan::<S, 12>::EMPTY;
         assert!(detections(&parameters, &scan).is_empty());
         scan.range_m[3] = Some(s(0.05));
