@@ -348,7 +348,8 @@ impl<const CELLS: usize, const PASSAGES: usize> Planner<CELLS, PASSAGES> {
     }
 }
 
-/// Whether the disc of `robot` can be moved straight from one place to another without touching a cell that is not free.
+/// Whether the disc of `robot` can be moved straight from one place to another without touching a cell that is not
+/// free.
 ///
 /// Exact up to 1/1000 of a raster cell. Also false where the disc does not suit the raster ([`Planner::plan`] says why)
 /// or a place is not on it.

@@ -81,8 +81,8 @@ pub enum Order<'a> {
     Arm,
     /// Replace all checkpoints, as [`controller_core::planning::checkpoint::Checkpoints::replace_all`].
     Checkpoints(&'a [Point<f32>]),
-    /// Add some behind the last, as [`controller_core::planning::checkpoint::Checkpoints::append`]: a long route goes to
-    /// the controller in parts.
+    /// Add some behind the last, as [`controller_core::planning::checkpoint::Checkpoints::append`]: a long route goes
+    /// to the controller in parts.
     Append(&'a [Point<f32>]),
     /// Replace one that is still ahead, as [`controller_core::planning::checkpoint::Checkpoints::replace`].
     Checkpoint {

@@ -106,7 +106,8 @@ fn broken_files_are_refused_by_name() {
         std::fs::write(&path, content).unwrap();
         path.to_str().unwrap().to_owned()
     };
-    let yaml = b"image: a.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";
+    let yaml = b"image: a.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\n\
+        occupied_thresh: 0.65\nfree_thresh: 0.2\n";
     for (kind, name, content, said) in [
         ("barn", "a.json", &b"{\"start\": [0, 0]}"[..], "start"),
         ("barn", "b.json", b"\xff\xfe", "UTF-8"),

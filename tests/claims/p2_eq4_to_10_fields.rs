@@ -20,7 +20,7 @@ use controller_core::kohonen::features::Features;
 use controller_core::kohonen::lattice::NeuronIndex;
 use controller_core::kohonen::map::Eligible;
 use controller_core::localisation::obstacle::{FieldCentre, ObstacleField};
-use controller_core::localisation::target::TargetField;
+use controller_core::localisation::target::{Approach, TargetField};
 use controller_core::motor_control::Beyond;
 use controller_core::scalar::Scalar;
 use controller_core::sensing::proximity::sensor_bearing;
@@ -160,7 +160,9 @@ enum Compared {
 fn compare<S: Scalar>(pair: &mut Pair<S>) -> Compared {
     let target = pair.draw_target();
     let detections = pair.draw_detections();
-    let field = TargetField::localise(&pair.map, &pair.p.neural.target, &pair.p.reaching, target).unwrap();
+    let field =
+        TargetField::localise(&pair.map, Approach::plain(&pair.p.neural.target), &pair.p.reaching, target)
+            .unwrap();
     let obstacles = pair.renewed(&detections);
     let p = &pair.p;
     let sweep = |_: Polar<S>| S::ZERO;
@@ -251,8 +253,13 @@ fn the_target_field_is_elongated_across_the_target<S: Scalar>() {
     let mut pair = Pair::<S>::new();
     for _ in 0..500 {
         let target = pair.draw_target();
-        let field =
-            TargetField::localise(&pair.map, &pair.p.neural.target, &pair.p.reaching, target).unwrap();
+        let field = TargetField::localise(
+            &pair.map,
+            Approach::plain(&pair.p.neural.target),
+            &pair.p.reaching,
+            target,
+        )
+        .unwrap();
         let p = &pair.p.neural.target;
         let at = |bearing: f64, distance: f64| {
             let place = Features {

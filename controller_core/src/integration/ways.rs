@@ -15,8 +15,8 @@ pub struct Ways<S, const POINTS: usize> {
 }
 
 impl<S: Scalar, const POINTS: usize> Ways<S, POINTS> {
-    /// Keeps of the points those that the body can come near to within a step of length `reach_m`; on the way through an
-    /// opening `margin_m` of clearance must do.
+    /// Keeps of the points those that the body can come near to within a step of length `reach_m`; on the way through
+    /// an opening `margin_m` of clearance must do.
     #[inline]
     #[must_use]
     pub fn among(

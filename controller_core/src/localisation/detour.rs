@@ -197,7 +197,7 @@ mod tests {
             assert_eq!(detour.direct(&p, ahead, &wall, 200), ahead, "patient");
         }
         let along = detour.direct(&p, ahead, &wall, 200);
-        assert_eq!(detour.side(), Some(1.0).map(S::from_f32));
+        assert_eq!(detour.side(), Some(S::ONE));
         assert!(
             (along.bearing_rad.to_f32() - (core::f32::consts::FRAC_PI_2 - 0.1)).abs() < 1e-3,
             "{along:?}"

@@ -58,7 +58,8 @@ struct Corridor<S> {
 
 /// Directions around the robot that are tried.
 const DIRECTIONS: i32 = 36;
-/// On a detour openings are looked for so far towards the wall from the wanted direction, in the angle that is searched.
+/// On a detour openings are looked for so far towards the wall from the wanted direction, in the angle that is
+/// searched.
 const WALL_SIDE: f32 = 0.8;
 /// Beyond the jambs, in body radii, that an opening's far place lies.
 const BEYOND: f32 = 2.0;
@@ -122,8 +123,8 @@ impl<S: Scalar> Opening<S> {
     /// None under way.
     pub const NONE: Self = Self { behind: None, elapsed_ms: 0 };
 
-    /// Where to go, given the place that is wanted, the side of a detour (see [`super::detour`]), the points detected now (robot frame), and the pose; `elapsed_ms`
-    /// after the last time.
+    /// Where to go, given the place that is wanted, the side of a detour (see [`super::detour`]), the points detected
+    /// now (robot frame), and the pose; `elapsed_ms` after the last time.
     pub fn direct(
         &mut self,
         p: &OpeningParameters<S>,

@@ -50,8 +50,8 @@ pub struct SeparationConfig {
     pub bearing_sigma_rad: f32,
     /// σ of the gap between the bodies over which the field falls off: about a step.
     pub gap_sigma_m: f32,
-    /// How far the centre of the field is shifted to the left, so that robots give way to the right. 0 works where starts
-    /// are not quite symmetric, but takes half as long again.
+    /// How far the centre of the field is shifted to the left, so that robots give way to the right. 0 works where
+    /// starts are not quite symmetric, but takes half as long again.
     pub keep_right_rad: f32,
 }
 
@@ -236,8 +236,8 @@ impl<S: Scalar, const COUNT: usize> Others<S, COUNT> {
         }
     }
 
-    /// Leaves out of what sensors see what may well be one of them: nearer to its centre than a body's diameter, half of
-    /// which is left for noise and the width of a beam.
+    /// Leaves out of what sensors see what may well be one of them: nearer to its centre than a body's diameter, half
+    /// of which is left for noise and the width of a beam.
     pub fn leave_out<const SENSORS: usize>(
         &self,
         pose: Pose<S>,

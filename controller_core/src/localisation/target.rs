@@ -69,6 +69,14 @@ pub struct TargetField<S> {
     pub distance_steepness: S,
 }
 
+impl<S: Scalar> Approach<S> {
+    /// As P2 has it: on the straight way, at one speed.
+    #[must_use]
+    pub fn plain(p: &TargetFieldParameters<S>) -> Self {
+        Self { far: p.far, turn_first: false, distance_steepness: p.distance_steepness }
+    }
+}
+
 impl<S: Scalar> TargetField<S> {
     /// Localises a target, or the turn on the spot towards it; `None` while no neuron is trained.
     #[must_use]

@@ -1,10 +1,11 @@
 //! What the planner tells the controller under way: its checkpoints one after the other, or the farthest place of the
 //! route that the robot can go straight to.
 //!
-//! The papers' controller slows down at each checkpoint, since a step shall end there, and turns on to the next one only
-//! within millimetres of it. That is what checkpoints at doors are for. A route round many posts has a dozen corners
-//! that mean nothing but "not through here". So here the planner goes on looking, and moves the checkpoint ahead
-//! along the route as far as the body, with some room, can go straight: as P1 Fig. 9 exchanges a checkpoint under way.
+//! The papers' controller slows down at each checkpoint, since a step shall end there, and turns on to the next one
+//! only within millimetres of it. That is what checkpoints at doors are for. A route round many posts has a dozen
+//! corners that mean nothing but "not through here". So here the planner goes on looking, and moves the checkpoint
+//! ahead along the route as far as the body, with some room, can go straight: as P1 Fig. 9 exchanges a checkpoint under
+//! way.
 
 use controller_core::planning::{Footprint, is_straight_clear};
 use nalgebra::Point2;
@@ -34,8 +35,8 @@ const BLIND_M: f64 = 0.05;
 /// Looks without anything of the route in sight after which there is a new one: a second.
 const BLIND_LOOKS: u32 = 8;
 
-/// Room beside the body that is kept on the straight way, in m. Less than a route in the open has, or nothing beyond the
-/// next corner would be in sight before the robot is there.
+/// Room beside the body that is kept on the straight way, in m. Less than a route in the open has, or nothing beyond
+/// the next corner would be in sight before the robot is there.
 const ROOM_M: f32 = 0.005;
 
 /// And at most this share of the route's room, in gaps that are tight: cutting their corners costs contacts.
@@ -85,8 +86,8 @@ impl<'a> Pilot<'a> {
         self.blind = 0;
     }
 
-    /// Where the robot at `here` is to go: the farthest place ahead on the route that it can go straight to. To be asked
-    /// every 128 ms.
+    /// Where the robot at `here` is to go: the farthest place ahead on the route that it can go straight to. To be
+    /// asked every 128 ms.
     ///
     /// A robot that avoidance has pushed to where nothing of the route is in sight gets a new route after a second.
     pub fn target(&mut self, here: Point2<f64>) -> Point2<f64> {

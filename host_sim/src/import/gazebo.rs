@@ -1,8 +1,8 @@
 //! Gazebo worlds (SDF 1.6 and later): upright cylinders and boxes, seen from above.
 //!
-//! A model stands where `<state>` says, or else where its own pose says, as in Gazebo. What has no outline on the ground
-//! (planes, lights) is left out; shapes that cannot be seen from above as a disc or a rectangle are refused, for a
-//! world without them would be another world.
+//! A model stands where `<state>` says, or else where its own pose says, as in Gazebo. What has no outline on the
+//! ground (planes, lights) is left out; shapes that cannot be seen from above as a disc or a rectangle are refused, for
+//! a world without them would be another world.
 //!
 //! The file has neither start nor goal. BARN's are the same for all of its worlds, in its metres: from (−2.25, 3)
 //! heading along +y to a metre around (−2.25, 13) (the challenge's `run.py`, `INIT_POSITION` and `GOAL_POSITION`).

@@ -223,7 +223,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_text_makes_the_reader_panic(text in "(type octile\nheight [0-9]{1,2}\nwidth [0-9]\nmap\n)?[.@\n\t0-9é]{0,60}") {
+        fn no_text_makes_the_reader_panic(
+            text in "(type octile\nheight [0-9]{1,2}\nwidth [0-9]\nmap\n)?[.@\n\t0-9é]{0,60}"
+        ) {
             let _ = map(&text);
             let _ = parse_problems(Path::new("a.scen"), &text, &map(MAP).unwrap());
         }

@@ -1,7 +1,7 @@
 //! PGM images, ASCII (`P2`) and binary (`P5`), of 8 or 16 bits: what ROS stores maps in.
 //!
-//! Format: <https://netpbm.sourceforge.net/doc/pgm.html>. Comments (`#` to the end of the line) may stand anywhere in the head,
-//! and in the body of `P2`. Of a file with several images the first is read.
+//! Format: <https://netpbm.sourceforge.net/doc/pgm.html>. Comments (`#` to the end of the line) may stand anywhere in
+//! the head, and in the body of `P2`. Of a file with several images the first is read.
 
 use std::path::Path;
 

@@ -11,13 +11,13 @@
 //!   must leave free. Within a margin, which is larger, it blocks more: along the margin's edge the way is parallel to
 //!   it, nearer it leads away.
 //! * **Following an edge**: with noisy readings from twelve beams no distance to "the wall" can be controlled. The
-//!   robot sweeps from the edge that it follows away from it, over all directions that are blocked, and takes the first free
-//!   one: the tangent, at posts, corners and doorways alike.
+//!   robot sweeps from the edge that it follows away from it, over all directions that are blocked, and takes the first
+//!   free one: the tangent, at posts, corners and doorways alike.
 //! * **Side**: the one that needs the smaller turn; left where both are equal. The paper's proof holds for any choice.
 //! * **m-line met**: the side on which it lies has changed between two decisions.
 //! * **What moves** is not foreseen in the paper. An edge that is gone is followed no more; one that led back to its
-//!   hit point, where the paper would call the target unreachable, is followed the other way around; and one on which the
-//!   robot has turned by more than two circles and a quarter is left, with a new m-line from there.
+//!   hit point, where the paper would call the target unreachable, is followed the other way around; and one on which
+//!   the robot has turned by more than two circles and a quarter is left, with a new m-line from there.
 
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
