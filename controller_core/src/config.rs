@@ -412,7 +412,7 @@ impl Default for CooperativeConfig {
     fn default() -> Self {
         // Found by `host_sim search`, then by hand where it had traded the main job for doors; see docs/numbers.md.
         Self {
-            target_amplitude: 0.094,
+            target_amplitude: 0.06,
             target_bearing_sigma_rad: 1.56,
             target_distance_sigma_m: 0.012,
             cruise_share: 0.52,
@@ -420,7 +420,7 @@ impl Default for CooperativeConfig {
             obstacle_behind_sigma_m: 2.5,
             obstacle_front_sigma_m: 0.007,
             obstacle_centre: FieldCentre::Sensed,
-            sweep_margin_m: 0.0059,
+            sweep_margin_m: 0.0065,
             sweep_strength: 36.0,
             sweep_look_ahead: 1.0,
             memory_ms: 500,

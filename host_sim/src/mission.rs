@@ -79,7 +79,7 @@ pub struct MissionResult {
     pub duration_s: f64,
     /// Way driven, in m.
     pub way_m: f64,
-    /// How much the heading changed, taken each [`TURN_PERIOD_MS`] whichever way it turned, in rad: over the way, how
+    /// How much the heading changed, taken each 128 ms whichever way it turned, in rad: over the way, how
     /// smoothly the robot drove.
     pub turned_rad: f64,
     /// Checkpoints in the order reached.

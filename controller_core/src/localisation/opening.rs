@@ -65,6 +65,8 @@ const WALL_SIDE: f32 = 0.8;
 const BEYOND: f32 = 2.0;
 
 impl<S: Scalar> Corridor<S> {
+    // Once in flash, though asked from two places.
+    #[inline(never)]
     fn along(p: &OpeningParameters<S>, bearing: S, points: &[Point<S>]) -> Self {
         let (sin, cos) = bearing.sin_cos();
         let mut corridor = Self { left_m: S::LIMIT, right_m: S::LIMIT, depth_m: S::ZERO };
@@ -101,6 +103,7 @@ impl<S: Scalar> Corridor<S> {
 }
 
 /// The opening with the most room within `aside` of a direction, as a place behind it.
+#[inline(never)]
 fn find<S: Scalar>(p: &OpeningParameters<S>, wanted: S, aside: S, points: &[Point<S>]) -> Option<Polar<S>> {
     let mut best: Option<(S, Polar<S>)> = None;
     let step = S::TAU / S::from_i32(DIRECTIONS);
