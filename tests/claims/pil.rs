@@ -107,7 +107,7 @@ fn drives<S: Scalar>(
     let seconds = begin.elapsed().as_secs_f64();
     assert_eq!(result, expected);
     assert_eq!(
-        result.reached,
+        result.success,
         time_limit_s.is_none(),
         "a whole mission, or the beginning of one: {result:?}"
     );
