@@ -64,6 +64,28 @@ pub struct Sample {
     pub contacts: u32,
 }
 
+impl Sample {
+    /// Of the tick that a simulation has just made.
+    pub(crate) fn of<C: ControllerPort>(
+        simulation: &Simulation<'_, C>,
+        outputs: &Outputs<f32>,
+        checkpoint: u16,
+    ) -> Self {
+        let pose = simulation.pose();
+        let command = outputs.command.value;
+        Self {
+            t_s: seconds(simulation.tick() - 1),
+            x_m: pose.position.x,
+            y_m: pose.position.y,
+            heading_rad: pose.heading_rad,
+            left_mps: command.left_mps,
+            right_mps: command.right_mps,
+            checkpoint,
+            contacts: simulation.contacts(),
+        }
+    }
+}
+
 /// What became of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MissionResult {
@@ -223,7 +245,8 @@ impl<'a, C: ControllerPort> Mission<'a, C> {
     pub(crate) fn note(&mut self, outputs: &Outputs<f32>, sample_ms: u64) {
         self.stopped = outputs.stopped.or(self.stopped);
         if sample_ms > 0 && (self.simulation.tick() - 1).is_multiple_of(sample_ms) {
-            self.sample(outputs.command.value.left_mps, outputs.command.value.right_mps);
+            let checkpoint = u16::try_from(self.arrivals.len() + 1).unwrap_or(u16::MAX);
+            self.samples.push(Sample::of(&self.simulation, outputs, checkpoint));
         }
     }
 
@@ -236,20 +259,6 @@ impl<'a, C: ControllerPort> Mission<'a, C> {
     fn distance_to(&self, checkpoint: usize) -> f64 {
         let place = self.checkpoints.get(checkpoint);
         place.map_or(f64::INFINITY, |place| (self.simulation.pose().position - place).norm())
-    }
-
-    fn sample(&mut self, left_mps: f32, right_mps: f32) {
-        let pose = self.simulation.pose();
-        self.samples.push(Sample {
-            t_s: seconds(self.simulation.tick() - 1),
-            x_m: pose.position.x,
-            y_m: pose.position.y,
-            heading_rad: pose.heading_rad,
-            left_mps,
-            right_mps,
-            checkpoint: u16::try_from(self.arrivals.len() + 1).unwrap_or(u16::MAX),
-            contacts: self.simulation.contacts(),
-        });
     }
 
     /// The planner replaces checkpoints under way (P1 Fig. 9).

@@ -14,7 +14,7 @@ use crate::mission::{MissionError, Sample};
 use crate::number::narrow_point;
 use crate::scenario::AVOIDANCE_PERIOD_MS;
 use crate::sil::{ControllerPort, Order};
-use crate::simulation::{Simulation, seconds};
+use crate::simulation::Simulation;
 
 /// How to run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -180,7 +180,7 @@ impl<C: ControllerPort> Drive<'_, C> {
             }
             let outputs = self.simulation.step().map_err(MissionError::Port)?;
             if sample_ms > 0 && (self.simulation.tick() - 1).is_multiple_of(sample_ms) {
-                self.sample(outputs.command.value.left_mps, outputs.command.value.right_mps);
+                self.samples.push(Sample::of(&self.simulation, &outputs, 0));
             }
             if outputs.reached.is_some() {
                 self.refill(1)?;
@@ -217,19 +217,5 @@ impl<C: ControllerPort> Drive<'_, C> {
         let Guide::Pilot(pilot) = &mut self.guide else { return Ok(()) };
         let target = narrow_point(pilot.target(self.simulation.pose().position));
         Ok(self.simulation.controller.set_checkpoints(&[target]).map_err(MissionError::Port)??)
-    }
-
-    fn sample(&mut self, left_mps: f32, right_mps: f32) {
-        let pose = self.simulation.pose();
-        self.samples.push(Sample {
-            t_s: seconds(self.simulation.tick() - 1),
-            x_m: pose.position.x,
-            y_m: pose.position.y,
-            heading_rad: pose.heading_rad,
-            left_mps,
-            right_mps,
-            checkpoint: 0,
-            contacts: self.simulation.contacts(),
-        });
     }
 }

@@ -158,10 +158,16 @@ impl Grid {
     }
 }
 
-/// The whole part of a number of cells; far off the world it saturates.
-#[allow(clippy::cast_possible_truncation, reason = "saturates, and no world is that large")]
+/// More cells than any world has, and few enough for two numbers of them to be subtracted in 32 bits.
+const FARTHEST: f64 = 1e9;
+
+/// The whole part of a number of cells within ± [`FARTHEST`].
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "clamped to ±1e9 before, within the type's ±2.1e9; NaN, which `as` takes for 0, is no place of a pose"
+)]
 fn whole(cells: f64) -> i32 {
-    libm::floor(cells) as i32
+    libm::floor(cells.clamp(-FARTHEST, FARTHEST)) as i32
 }
 
 /// A cell as the histograms see it.
