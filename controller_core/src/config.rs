@@ -235,6 +235,8 @@ pub struct CooperativeConfig {
     pub sweep_strength: f32,
     /// Swept path: share of a step that is checked.
     pub sweep_look_ahead: f32,
+    /// Further clearance wished, per length of the step.
+    pub sweep_headway: f32,
     /// Obstacle memory: how long a point stays; 0 switches it off.
     pub memory_ms: u16,
     /// Obstacle memory: points nearer to each other are one.
@@ -423,6 +425,7 @@ impl Default for CooperativeConfig {
             sweep_margin_m: 0.0059,
             sweep_strength: 16.0,
             sweep_look_ahead: 1.0,
+            sweep_headway: 0.0,
             memory_ms: 500,
             memory_merge_m: 0.014,
             detour_patience_ms: 5000,
@@ -859,6 +862,7 @@ impl Config {
             per_margin: S::from_f32(1.0 / c.sweep_margin_m),
             strength: S::from_f32(c.sweep_strength),
             look_ahead: S::from_f32(c.sweep_look_ahead),
+            headway: S::from_f32(c.sweep_headway),
         }
     }
 

@@ -292,6 +292,7 @@ parameters! {
     cooperative.sweep_margin_m: f32, "m", 5e-4, 1.0 => "between 0.5 mm and 1 m";
     cooperative.sweep_strength: f32, "1", 0.0, 1000.0 => "between 0 and 1000";
     cooperative.sweep_look_ahead: f32, "1", 0.0, 1.0 => "between 0 and 1";
+    cooperative.sweep_headway: f32, "1", 0.0, 1.0 => "between 0 and 1";
     cooperative.memory_ms: u16, "ms", 0.0, 60_000.0 => "between 0 and 60,000 ms";
     cooperative.memory_merge_m: f32, "m", 0.0, 1.0 => "between 0 and 1 m";
     cooperative.detour_patience_ms: u16, "ms", 0.0, 65_000.0 => "between 0 and 65,000 ms";

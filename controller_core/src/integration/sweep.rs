@@ -20,6 +20,8 @@ pub struct SweepParameters<S> {
     pub strength: S,
     /// Share of the step that is checked: the next command comes long before the step ends.
     pub look_ahead: S,
+    /// Further clearance wished, per length of the step.
+    pub headway: S,
 }
 
 /// Points of the arc that are checked after the start.
@@ -40,26 +42,33 @@ pub fn inhibition<'a, S: Scalar>(
     let chords = S::from_i32(CHORDS);
     let length = place.distance_m * stretch * share / chords;
     let turn = (half_turn + half_turn) * share / chords;
-    let safe = p.body_radius_m + p.margin_m;
+    let safe = p.body_radius_m + p.margin_m + p.headway * place.distance_m;
     let safe_square = safe * safe;
     let mut at = Point { x_m: S::ZERO, y_m: S::ZERO };
     let mut heading = turn * S::HALF;
     let mut worst = S::ZERO;
     for _ in 0..CHORDS {
         let (sin, cos) = heading.sin_cos();
-        at = Point { x_m: at.x_m + length * cos, y_m: at.y_m + length * sin };
-        heading += turn;
         for obstacle in obstacles.clone() {
+            // Along the chord and beside it.
             let (dx, dy) = (obstacle.x_m - at.x_m, obstacle.y_m - at.y_m);
-            if dx.abs() >= safe || dy.abs() >= safe || dx * dx + dy * dy >= safe_square {
+            let aside = dy * cos - dx * sin;
+            if aside.abs() >= safe {
                 continue;
             }
-            let distance = S::hypot(dx, dy);
+            let along = dx * cos + dy * sin;
+            let beyond = along - along.clamp(S::ZERO, length);
+            if beyond.abs() >= safe || beyond * beyond + aside * aside >= safe_square {
+                continue;
+            }
+            let distance = S::hypot(beyond, aside);
             let now = S::hypot(obstacle.x_m, obstacle.y_m);
             if distance < now {
                 worst = worst.max((safe - distance).min(now - distance));
             }
         }
+        at = Point { x_m: at.x_m + length * cos, y_m: at.y_m + length * sin };
+        heading += turn;
     }
     worst * p.per_margin * p.strength
 }
@@ -78,6 +87,7 @@ mod tests {
             per_margin: s(100.0),
             strength: s(3.0),
             look_ahead: S::ONE,
+            headway: S::ZERO,
         };
         let post = [Point::from_metres(0.08, 0.03)];
         let to = |bearing, distance| {

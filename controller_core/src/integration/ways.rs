@@ -28,7 +28,7 @@ impl<S: Scalar, const POINTS: usize> Ways<S, POINTS> {
         let margin_m = margin_m.unwrap_or(p.margin_m);
         let mut kept: Vec<Point<S>, POINTS> = Vec::new();
         // Points farther than the body can come within a step decide nothing.
-        let farthest = reach_m + p.body_radius_m + margin_m;
+        let farthest = reach_m + p.body_radius_m + margin_m + p.headway * reach_m;
         for point in points {
             // There is room for all.
             if point.x_m.abs() < farthest && point.y_m.abs() < farthest && kept.push(point).is_err() {
