@@ -263,7 +263,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
                         others.leave_out(latched.pose, latched.now, &mut detections);
                     }
                     let period = p.reflex.schedule.target_period_ms;
-                    let place = self.detour.direct(&p.detour, target, &detections, period);
+                    let place = self.detour.direct(&p.detour, latched.pose, target, &detections, period);
                     let points = &self.standing.points;
                     let way = self.opening.direct(
                         &p.opening,

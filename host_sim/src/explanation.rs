@@ -280,7 +280,7 @@ impl<S: Scalar> Moment<'_, S> {
             checkpoint: latched.target.map(metres),
             target: latched.target.map(|at| Place::of(pose.see(at))),
             field: None,
-            detour: deliberation.detour().following().map(|(side, place)| Wall {
+            detour: deliberation.detour().following().map(|(side, place)| (side, latched.pose.see(place))).map(|(side, place)| Wall {
                 side: if side > S::ZERO { "right" } else { "left" },
                 place: Place::of(place),
             }),

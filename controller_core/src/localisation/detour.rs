@@ -9,7 +9,7 @@
 //! the other, each time after twice as long.
 
 use crate::scalar::Scalar;
-use crate::units::{Polar, angle_between, wrap};
+use crate::units::{Point, Polar, Pose, angle_between, wrap};
 
 /// When and how to follow a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,8 +35,8 @@ pub struct DetourParameters<S> {
 struct Following<S> {
     /// +1: the wall is kept on the right, −1: on the left.
     side: S,
-    /// Where the wall was when it was last seen.
-    wall: Polar<S>,
+    /// Where the wall was when it was last seen, in the world.
+    wall: Point<S>,
     elapsed_ms: u32,
     give_up_ms: u32,
 }
@@ -63,6 +63,7 @@ impl<S: Scalar> Detour<S> {
     pub fn direct(
         &mut self,
         p: &DetourParameters<S>,
+        pose: Pose<S>,
         target: Polar<S>,
         detections: &[Polar<S>],
         elapsed_ms: u16,
@@ -85,7 +86,7 @@ impl<S: Scalar> Detour<S> {
                 self.following = None;
                 return target;
             }
-            return following.along(p, target, detections, elapsed_ms);
+            return following.along(p, pose, target, detections, elapsed_ms);
         }
         // What can be seen can be driven to: a robot that is fine-positioning at a checkpoint needs no detour.
         if self.stuck_ms < p.patience_ms || is_free(p, target, detections) {
@@ -95,8 +96,9 @@ impl<S: Scalar> Detour<S> {
         // The side on which the target lies of the wall is the shorter way round, as far as can be seen.
         let turn = angle_between(wall.bearing_rad, target.bearing_rad);
         let side = if turn < S::ZERO { -S::ONE } else { S::ONE };
+        let wall = pose.to_world_frame(wall.to_point(), pose.heading_rad.sin_cos());
         let mut following = Following { side, wall, elapsed_ms: 0, give_up_ms: u32::from(p.side_ms) };
-        let place = following.along(p, target, detections, 0);
+        let place = following.along(p, pose, target, detections, 0);
         self.following = Some(following);
         place
     }
@@ -109,7 +111,7 @@ impl<S: Scalar> Detour<S> {
 
     /// The wall being followed: +1 where it is kept on the right, −1 on the left, and where it was when last seen.
     #[must_use]
-    pub fn following(&self) -> Option<(S, Polar<S>)> {
+    pub fn following(&self) -> Option<(S, Point<S>)> {
         self.following.map(|following| (following.side, following.wall))
     }
 
@@ -144,6 +146,7 @@ impl<S: Scalar> Following<S> {
     fn along(
         &mut self,
         p: &DetourParameters<S>,
+        pose: Pose<S>,
         target: Polar<S>,
         detections: &[Polar<S>],
         elapsed_ms: u16,
@@ -155,11 +158,12 @@ impl<S: Scalar> Following<S> {
             self.give_up_ms = self.give_up_ms.saturating_mul(2);
         }
         if let Some(wall) = self.nearest_aside(detections) {
-            self.wall = wall;
+            self.wall = pose.to_world_frame(wall.to_point(), pose.heading_rad.sin_cos());
         }
-        let farther = ((self.wall.distance_m - p.follow_m) * p.per_follow).clamp(-S::ONE, S::ONE);
+        let wall = pose.see(self.wall);
+        let farther = ((wall.distance_m - p.follow_m) * p.per_follow).clamp(-S::ONE, S::ONE);
         let quarter_turn = S::PI * S::HALF;
-        let bearing = self.wall.bearing_rad + self.side * (quarter_turn - farther * S::HALF);
+        let bearing = wall.bearing_rad + self.side * (quarter_turn - farther * S::HALF);
         // As far as the target is, within reason: a far place is driven to at full speed.
         Polar { bearing_rad: wrap(bearing), distance_m: target.distance_m.max(p.free_m + p.free_m) }
     }
@@ -194,9 +198,9 @@ mod tests {
         let ahead = polar(0.0, 0.5);
         let wall = [polar(-0.1, 0.05)];
         for _ in 0..5 {
-            assert_eq!(detour.direct(&p, ahead, &wall, 200), ahead, "patient");
+            assert_eq!(detour.direct(&p, Pose::default(), ahead, &wall, 200), ahead, "patient");
         }
-        let along = detour.direct(&p, ahead, &wall, 200);
+        let along = detour.direct(&p, Pose::default(), ahead, &wall, 200);
         assert_eq!(detour.side(), Some(S::ONE));
         assert!(
             (along.bearing_rad.to_f32() - (core::f32::consts::FRAC_PI_2 - 0.1)).abs() < 1e-3,
@@ -204,11 +208,11 @@ mod tests {
         );
         // Nearer than ever, but hidden: it goes on.
         let nearer = polar(-0.1, 0.3);
-        detour.direct(&p, nearer, &wall, 200);
+        detour.direct(&p, Pose::default(), nearer, &wall, 200);
         assert!(detour.side().is_some());
         // Nearer still, and free.
         let free = polar(1.5, 0.2);
-        assert_eq!(detour.direct(&p, free, &wall, 200), free);
+        assert_eq!(detour.direct(&p, Pose::default(), free, &wall, 200), free);
         assert_eq!(detour.side(), None);
     }
 
@@ -224,7 +228,7 @@ mod tests {
         let mut detour = Detour::default();
         let (ahead, wall) = (polar(0.0, 0.5), [polar(-0.1, 0.05)]);
         let sides: heapless::Vec<bool, 128> =
-            (0..80).map(|_| detour.direct(&p, ahead, &wall, 200).bearing_rad > 0.1).collect();
+            (0..80).map(|_| detour.direct(&p, Pose::default(), ahead, &wall, 200).bearing_rad > 0.1).collect();
         let flips = sides.windows(2).filter(|pair| pair[0] != pair[1]).count();
         assert_eq!(flips, 3, "begins, then changes after 4 s and after 8 s more");
     }
