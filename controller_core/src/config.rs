@@ -253,6 +253,8 @@ pub struct CooperativeConfig {
     pub detour_free_m: f32,
     /// Detour: time after which the other side is tried, doubled each time.
     pub detour_side_ms: u16,
+    /// Clear.
+    pub detour_clear_m: f32,
     /// Opening: clearance on either side of the body that makes a way through, and that is kept on it.
     pub opening_margin_m: f32,
     /// Opening: a way with something this near on both sides is one; 0 switches openings off.
@@ -434,6 +436,7 @@ impl Default for CooperativeConfig {
             detour_free_rad: 0.1,
             detour_free_m: 0.2,
             detour_side_ms: 10_000,
+            detour_clear_m: 0.0,
             opening_margin_m: 0.0036,
             opening_flank_m: 0.051,
             opening_length_m: 0.112,
@@ -876,6 +879,7 @@ impl Config {
             free_rad: S::from_f32(c.detour_free_rad),
             free_m: S::from_f32(c.detour_free_m),
             side_ms: c.detour_side_ms,
+            clear_m: S::from_f32(c.detour_clear_m),
         }
     }
 

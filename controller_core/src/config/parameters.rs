@@ -301,6 +301,7 @@ parameters! {
     cooperative.detour_free_rad: f32, "rad", 0.0, 3.2 => "between 0 and π";
     cooperative.detour_free_m: f32, "m", 1e-3, 10.0 => "between 1 mm and 10 m";
     cooperative.detour_side_ms: u16, "ms", 100.0, 65_000.0 => "between 100 and 65,000 ms";
+    cooperative.detour_clear_m: f32, "m", 0.0, 1.0 => "between 0 and 1 m";
 
     fusion.target_share: f32, "1", 0.0, 1.0 => "between 0 and 1";
     fusion.wiring: WiringKind, "1", 0.0, 1.0 => WiringKind::MUST;

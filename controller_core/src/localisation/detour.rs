@@ -28,6 +28,8 @@ pub struct DetourParameters<S> {
     pub free_m: S,
     /// Time after which the other side is tried, the first time (ms).
     pub side_ms: u16,
+    /// clear
+    pub clear_m: S,
 }
 
 /// A detour under way.
@@ -185,6 +187,7 @@ mod tests {
             free_rad: s(0.4),
             free_m: s(0.12),
             side_ms: 4000,
+            clear_m: S::ZERO,
         }
     }
 

@@ -67,13 +67,13 @@ const BEYOND: f32 = 2.0;
 impl<S: Scalar> Corridor<S> {
     // Once in flash, though asked from two places.
     #[inline(never)]
-    fn along(p: &OpeningParameters<S>, bearing: S, points: &[Point<S>]) -> Self {
+    fn along(length_m: S, bearing: S, points: &[Point<S>]) -> Self {
         let (sin, cos) = bearing.sin_cos();
         let mut corridor = Self { left_m: S::LIMIT, right_m: S::LIMIT, depth_m: S::ZERO };
         let (mut left_at, mut right_at) = (S::ZERO, S::ZERO);
         for point in points {
             let along = point.x_m * cos + point.y_m * sin;
-            if along <= S::ZERO || along >= p.length_m {
+            if along <= S::ZERO || along >= length_m {
                 continue;
             }
             let aside = point.y_m * cos - point.x_m * sin;
@@ -112,7 +112,7 @@ fn find<S: Scalar>(p: &OpeningParameters<S>, wanted: S, aside: S, points: &[Poin
         if angle_between(wanted, bearing).abs() > aside {
             continue;
         }
-        let corridor = Corridor::along(p, bearing, points);
+        let corridor = Corridor::along(p.length_m, bearing, points);
         let room = corridor.room_m();
         if corridor.is_opening(p) && best.is_none_or(|(most, _)| room > most) {
             let distance_m = corridor.depth_m + p.half_width_m * S::from_f32(BEYOND);
@@ -120,6 +120,20 @@ fn find<S: Scalar>(p: &OpeningParameters<S>, wanted: S, aside: S, points: &[Poin
         }
     }
     best.map(|(_, place)| place)
+}
+
+/// The first direction, from `bearing` towards `side`, that is free for the body.
+#[inline(never)]
+pub fn turned_free<S: Scalar>(p: &OpeningParameters<S>, length_m: S, bearing: S, side: S, points: &[Point<S>]) -> S {
+    let step = side * S::TAU / S::from_i32(DIRECTIONS);
+    let mut tried = bearing;
+    for _ in 0..DIRECTIONS / 2 {
+        if Corridor::along(length_m, tried, points).is_free(p) {
+            return tried;
+        }
+        tried = wrap(tried + step);
+    }
+    bearing
 }
 
 impl<S: Scalar> Opening<S> {
@@ -143,7 +157,7 @@ impl<S: Scalar> Opening<S> {
         }
         let Some(behind) = self.behind else {
             self.elapsed_ms = self.elapsed_ms.saturating_sub(elapsed_ms);
-            let is_open = Corridor::along(p, wanted.bearing_rad, points).is_free(p);
+            let is_open = Corridor::along(p.length_m, wanted.bearing_rad, points).is_free(p);
             if self.elapsed_ms > 0 || is_open || wanted.distance_m < p.length_m {
                 return straight;
             }
