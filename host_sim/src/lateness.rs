@@ -85,7 +85,9 @@ mod tests {
         let mean = avoidance.iter().map(|at| at % 128).sum::<u64>() / 1000;
         assert!(most == u64::from(LATENESS_MAX_MS) && (60..=67).contains(&mean), "{most} {mean}");
         // The lower priority waits for the higher one.
-        assert!(target.iter().zip(avoidance.iter().step_by(2)).all(|(target, avoidance)| target >= avoidance));
+        assert!(
+            target.iter().zip(avoidance.iter().step_by(2)).all(|(target, avoidance)| target >= avoidance)
+        );
     }
 
     #[test]

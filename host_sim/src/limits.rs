@@ -174,14 +174,18 @@ mod tests {
         assert_eq!((inside.group.as_str(), passed.success.count), ("U from inside", 99));
         assert_eq!(passed.measure.to_string(), "40 cm deep, 30 cm wide");
         assert!(passed.success_wilson_95.0 > 0.94 && passed.success_wilson_95.1 < 1.0);
-        assert_eq!(inside.missed.iter().map(Measure::to_string).collect::<Vec<_>>(), ["15 cm deep, 30 cm wide"]);
+        assert_eq!(
+            inside.missed.iter().map(Measure::to_string).collect::<Vec<_>>(),
+            ["15 cm deep, 30 cm wide"]
+        );
         assert_eq!(outside.passed.unwrap().measure.to_string(), "10 cm deep, 30 cm wide");
         assert!(outside.missed.is_empty(), "a harder one may fail");
     }
 
     #[test]
     fn the_narrowest_door_counts_and_none_is_none() {
-        let [limit] = <[Limit; 1]>::try_from(limits_of([door(12.0, 100), door(8.0, 99), door(7.0, 98)])).unwrap();
+        let [limit] =
+            <[Limit; 1]>::try_from(limits_of([door(12.0, 100), door(8.0, 99), door(7.0, 98)])).unwrap();
         assert_eq!(limit.passed.unwrap().measure.to_string(), "8 cm (1.60 diameters)");
         let [limit] = <[Limit; 1]>::try_from(limits_of([door(12.0, 98), door(8.0, 50)])).unwrap();
         assert_eq!((limit.passed, limit.missed), (None, Vec::new()));

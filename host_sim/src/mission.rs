@@ -200,8 +200,7 @@ impl<'a, C: ControllerPort> Mission<'a, C> {
             Route::Planned { .. } => route_planner::plan(scenario, start.position, 0.0)?.checkpoints,
         };
         let model = KheperaModel::new(&robot.robot, &robot.servo, scenario.noise.actuator);
-        let mut simulation =
-            Simulation::new(controller, world, model, &scenario.noise, start, seed);
+        let mut simulation = Simulation::new(controller, world, model, &scenario.noise, start, seed);
         let points: Vec<_> = checkpoints.iter().copied().map(narrow_point).collect();
         simulation.controller.set_checkpoints(&points).map_err(MissionError::Port)??;
         simulation.controller.arm().map_err(MissionError::Port)?;

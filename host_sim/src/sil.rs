@@ -13,8 +13,8 @@ use controller_core::localisation::separation::{
     OTHERS, Others, Report, SeparationConfig, SeparationParameters,
 };
 use controller_core::planning::checkpoint::CheckpointError;
-use controller_core::scalar::Scalar;
 use controller_core::reflex::Latched;
+use controller_core::scalar::Scalar;
 use controller_core::schedule::{Schedule, Tick};
 use controller_core::sensing::proximity::Scan;
 use controller_core::units::Point;

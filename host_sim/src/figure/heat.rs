@@ -23,6 +23,8 @@ pub struct HeatMap {
     pub row_names: Vec<String>,
     /// For each row, for each column: a share, 0 to 1, and what hovering tells; `None` where nothing was measured.
     pub shares: Vec<Vec<Option<(f64, String)>>>,
+    /// Cells from this share on are framed.
+    pub passed: f64,
 }
 
 const CELL_WIDTH: f64 = 64.0;
@@ -117,6 +119,7 @@ mod tests {
                 vec![Some((1.0, String::from("10 of 10"))), None],
                 vec![Some((0.2, String::from("2 of 10"))); 2],
             ],
+            passed: 0.99,
         };
         let drawn = draw_heat_map(&map);
         assert!(drawn.contains("A &amp; B"), "{drawn}");
