@@ -48,7 +48,7 @@ pub struct SceneArgs {
     /// `scenarios`; the first is the one that surfaces are measured with
     #[arg(long, value_enum)]
     pub controller: Vec<Entrant>,
-    /// Only scenes whose name contains this; may be given several times
+    /// Only scenes, or of `surfaces` only those, whose name contains this; may be given several times
     #[arg(long, value_name = "TEXT")]
     pub only: Vec<String>,
     /// Maps to drive with in turn, learned with the seeds from --seed on
@@ -106,6 +106,17 @@ impl SceneArgs {
         disturbance
     }
 
+    /// Leaves out what none of the texts of `--only` fits; each of them must fit something.
+    fn choose<T>(&self, all: &mut Vec<T>, name: impl Fn(&T) -> &str) -> Result<(), CliError> {
+        let names: Vec<&str> = all.iter().map(&name).collect();
+        if let Some(text) = self.only.iter().find(|text| !names.iter().any(|name| name.contains(*text))) {
+            let message = format!("--only {text}: nothing is called so; there are {}", names.join("; "));
+            return Err(CliError::Request(message));
+        }
+        all.retain(|one| self.only.is_empty() || self.only.iter().any(|text| name(one).contains(text)));
+        Ok(())
+    }
+
     /// The first of them in full and on surfaces.
     fn entrants(&self, what: What) -> Vec<Entrant> {
         match what {
@@ -156,27 +167,19 @@ impl What {
                 .collect(),
             Self::Surfaces => return Ok(Vec::new()),
         };
-        let names: Vec<String> = questions.iter().map(|question| question.name.clone()).collect();
-        if let Some(text) = args.only.iter().find(|text| !names.iter().any(|name| name.contains(*text))) {
-            let message = format!("--only {text}: no scene is called so; there are {}", names.join("; "));
-            return Err(CliError::Request(message));
-        }
-        questions.retain(|question| {
-            args.only.is_empty() || args.only.iter().any(|text| question.name.contains(text))
-        });
+        args.choose(&mut questions, |question| &question.name)?;
         Ok(questions)
     }
 
-    fn surfaces(self, args: &SceneArgs) -> Vec<Surface> {
+    fn surfaces(self, args: &SceneArgs) -> Result<Vec<Surface>, CliError> {
         let disturbance = &args.disturbance();
-        match self {
-            Self::Surfaces => [Self::Traps, Self::Doors, Self::Traffic]
-                .into_iter()
-                .flat_map(|what| what.surfaces_of_kind(disturbance))
-                .collect(),
-            _ if args.surfaces => self.surfaces_of_kind(disturbance),
-            _ => Vec::new(),
+        if self != Self::Surfaces {
+            return Ok(if args.surfaces { self.surfaces_of_kind(disturbance) } else { Vec::new() });
         }
+        let kinds = [Self::Traps, Self::Doors, Self::Traffic].into_iter();
+        let mut surfaces = kinds.flat_map(|what| what.surfaces_of_kind(disturbance)).collect();
+        args.choose(&mut surfaces, |surface| surface.name)?;
+        Ok(surfaces)
     }
 
     fn surfaces_of_kind(self, disturbance: &Disturbance) -> Vec<Surface> {
@@ -249,7 +252,7 @@ fn answers<S: Scalar>(
         columns.push(Column { entrant, limits: limits(&questions, &results), results, drawn });
     }
     let mut surfaces = Vec::new();
-    for surface in what.surfaces(args) {
+    for surface in what.surfaces(args)? {
         let Some((&entrant, equipment)) = entrants.iter().zip(&equipment).next() else { continue };
         let (plan, controller) = (RunPlan { logged: 0, ..plan }, entrant.name());
         let (results, _) = ask(&surface.cells, surface.name, &equipment.subject(entrant), plan, &pool)?;

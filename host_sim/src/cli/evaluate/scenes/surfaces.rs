@@ -1,7 +1,7 @@
 //! Rates over two measures: text, CSV and picture.
 
 use host_sim::evaluation::SceneResult;
-use host_sim::figure::HeatMap;
+use host_sim::figure::{HeatCell, HeatMap};
 use host_sim::limits::{Limit, PASSED, limits};
 use host_sim::questions::Surface;
 use serde_json::{Value, json};
@@ -60,7 +60,9 @@ impl Measured {
                 percent(result.contact.share()),
                 percent(result.late.share())
             );
-            Some((result.success.share(), hint))
+            let contact = result.contact.share();
+            let note = if contact > 0.0 { format!("contact {:.0}", contact * 100.0) } else { String::new() };
+            Some(HeatCell { share: result.success.share(), note, hint })
         };
         HeatMap {
             title: self.surface.title.to_owned(),
@@ -75,8 +77,12 @@ impl Measured {
             rows: self.surface.rows.to_owned(),
             column_names: self.surface.column_names.clone(),
             row_names: self.surface.row_names.clone(),
-            shares: self.rows().map(|(_, results)| results.iter().map(cell).collect()).collect(),
+            cells: self.rows().map(|(_, results)| results.iter().map(cell).collect()).collect(),
             passed: PASSED,
+            legend: format!(
+                "framed: at least {:.0} %; contact: % of the runs that touched something; other failures came late",
+                PASSED * 100.0
+            ),
         }
     }
 
