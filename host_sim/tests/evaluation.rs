@@ -108,7 +108,7 @@ fn late_tasks_change_runs_and_no_jitter_does_not() {
 
 #[test]
 fn discs_begin_elsewhere_in_each_run() {
-    let line = ["traffic", "--runs", "12", "--maps", "1", "--controller", "apf", "--only", "2 discs at 5 "];
+    let line = ["traffic", "--runs", "12", "--maps", "1", "--controller", "apf", "--only", "2 discs at 10 "];
     let success =
         document(&line)["controllers"][0]["scenes"][0]["result"]["success"]["count"].as_u64().unwrap();
     assert!((1..12).contains(&success), "neither all nor none: {success}");

@@ -176,7 +176,7 @@ mod tests {
         assert!(drawn.contains("A &amp; B") && drawn.contains("contact 5"), "{drawn}");
         assert_eq!(drawn.matches("<title>").count(), 3);
         assert_eq!(drawn.matches("stroke=").count(), 1, "one is passed");
-        assert!(drawn.contains("99.6") && !drawn.contains("20.0"), "{drawn}");
+        assert!(drawn.contains("\n99.6\n") && drawn.contains("\n20\n"), "{drawn}");
         assert_eq!(drawn, draw_heat_map(&map()));
     }
 
