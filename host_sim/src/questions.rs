@@ -146,7 +146,7 @@ pub fn door_surfaces(disturbance: &Disturbance) -> Vec<Surface> {
         columns: "width of the door in cm",
         rows: "what is changed",
         column_names: DOOR_WIDTHS_CM.iter().map(f64::to_string).collect(),
-        row_names: conditions.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        row_names: conditions.iter().map(|(name, _)| name.clone()).collect(),
         cells: conditions
             .iter()
             .flat_map(|(name, condition)| {
@@ -158,34 +158,34 @@ pub fn door_surfaces(disturbance: &Disturbance) -> Vec<Surface> {
 }
 
 /// What can disturb a run more or less than usual.
-fn conditions(usual: &Disturbance) -> Vec<(&'static str, Disturbance)> {
+fn conditions(usual: &Disturbance) -> Vec<(String, Disturbance)> {
+    let changed = |name: String, change: &dyn Fn(&mut Disturbance)| {
+        let mut disturbance = *usual;
+        change(&mut disturbance);
+        (name, disturbance)
+    };
     let noise = |factor: f64| {
-        let mut disturbance = *usual;
-        disturbance.noise.sensor *= factor;
-        disturbance.noise.actuator *= factor;
-        disturbance
+        let name = format!("{:.0} % noise", 100.0 * factor * usual.noise.sensor);
+        changed(name, &|disturbance| {
+            disturbance.noise.sensor *= factor;
+            disturbance.noise.actuator *= factor;
+        })
     };
-    let dropout = |share| {
-        let mut disturbance = *usual;
-        disturbance.noise.dropout = share;
-        disturbance
+    let dropout = |share: f64| {
+        changed(format!("{:.0} % dropout", 100.0 * share), &|disturbance| disturbance.noise.dropout = share)
     };
-    let late = |most_ms| {
-        let mut disturbance = *usual;
-        disturbance.noise.task_jitter_ms = most_ms;
-        disturbance
+    let late = |most_ms: u16| {
+        let name = format!("tasks ≤ {most_ms} ms late");
+        changed(name, &|disturbance| disturbance.noise.task_jitter_ms = most_ms)
     };
-    vec![
-        ("no noise", noise(0.0)),
-        ("10 % noise", *usual),
-        ("20 % noise", noise(2.0)),
-        ("5 % dropout", dropout(0.05)),
-        ("20 % dropout", dropout(0.2)),
-        ("tasks ≤ 32 ms late", late(32)),
-        ("tasks ≤ 64 ms late", late(64)),
-        ("tasks ≤ 127 ms late", late(LATENESS_MAX_MS)),
-        ("starts 3 × as far apart", Disturbance { jitter: 3.0 * usual.jitter, ..*usual }),
-    ]
+    let apart = changed(String::from("starts 3 × as far apart"), &|disturbance| disturbance.jitter *= 3.0);
+    [0.0, 1.0, 2.0]
+        .map(noise)
+        .into_iter()
+        .chain([0.05, 0.2].map(dropout))
+        .chain([32, 64, LATENESS_MAX_MS].map(late))
+        .chain([apart])
+        .collect()
 }
 
 /// Discs that circle, by number and speed.

@@ -47,9 +47,9 @@ impl Report {
     /// As text or as one JSON document.
     fn print(&self, json: bool) -> Result<Outcome, CliError> {
         if json {
-            print_json(&self.document)?
+            print_json(&self.document)?;
         } else {
-            print(&self.text)?
+            print(&self.text)?;
         }
         Ok(self.outcome)
     }
