@@ -154,8 +154,8 @@ impl<const CELLS: usize, const PASSAGES: usize> PlanOn for Planner<CELLS, PASSAG
 }
 
 /// Length of the shortest way from the start to the goal that the body fits along, over all checkpoints that are given,
-/// in m: as a planner would find it that knows all that is there at the start; where checkpoints are replaced under way,
-/// by those that replace them, and with what is there in the end. `None` where it finds none.
+/// in m: as a planner would find it that knows all that is there at the start; where checkpoints are replaced under
+/// way, by those that replace them, and with what is there in the end. `None` where it finds none.
 #[must_use]
 pub fn shortest_m(scenario: &Scenario) -> Option<f64> {
     let at_s = if scenario.replacements.is_empty() { 0.0 } else { scenario.time_limit_s };

@@ -15,7 +15,8 @@ success: the goal within 5 mm, in time, without contact; in %, [Wilson's 95 % in
 
 /// What [`in_full`] adds.
 pub const WHAT_IT_ADDS: &str = "\
-time, way over the shortest that the body fits along, and turning (rad/m, the less the smoother): medians of those that arrived
+time, way over the shortest that the body fits along, and turning (rad/m, the less the smoother): medians of \
+those that arrived
 ";
 
 fn rate(rate: Rate) -> String {
