@@ -13,7 +13,7 @@ mod legend;
 
 pub use chart::{Axis, Series, Style, draw_chart};
 pub use decision::draw_decision;
-pub use heat::{HeatMap, draw_heat_map};
+pub use heat::{HeatCell, HeatMap, draw_heat_map};
 pub use lattice::draw_map;
 
 use nalgebra::{Point2, Vector2};

@@ -94,11 +94,12 @@ pub fn run_watched<S: Scalar>(
         (0..scenario.robot_count()).map(|robot| scenario.of_robot(robot)).collect();
     let seeds: Vec<u64> =
         (0_u64..).zip(&scenarios).map(|(robot, _)| seed_of_robot(options.seed, robot)).collect();
+    let world = scenario.world.of_run(options.seed);
     let mut members = Vec::new();
     for (scenario, &seed) in scenarios.iter().zip(&seeds) {
         let controller = Sil::trained(&config, map.clone(), 0)?;
-        let mission = Mission::begin(scenario, controller, &config, seed)?;
-        members.push(Member { mission, world: scenario.world.clone(), arriving: None, done: false });
+        let mission = Mission::begin(scenario, &world, controller, &config, seed)?;
+        members.push(Member { mission, world: World::clone(&world), arriving: None, done: false });
     }
     let mut fleet = Fleet { members, sent: Vec::new(), company, sample_ms: options.sample_ms };
     while fleet.members.iter().any(|member| !member.done) && fleet.time_s() < scenario.time_limit_s {

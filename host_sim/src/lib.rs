@@ -52,7 +52,9 @@ pub mod positioning;
 
 pub mod arc;
 
+pub mod lateness;
 pub mod learning_curve;
+pub mod limits;
 
 pub mod route_planner;
 

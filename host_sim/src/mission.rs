@@ -17,6 +17,7 @@ use crate::route_planner::{self, RouteError};
 use crate::scenario::{Route, Scenario, Trigger};
 use crate::sil::{ControllerPort, Order};
 use crate::simulation::{Simulation, seconds};
+use crate::world::World;
 
 /// Why a mission cannot begin or go on; `E` is what can be wrong with the way to the controller.
 #[derive(Debug, thiserror::Error)]
@@ -178,15 +179,17 @@ pub fn run<C: ControllerPort>(
     robot: &Config,
     options: MissionOptions,
 ) -> Result<MissionResult, MissionError<C::Error>> {
-    let mut mission = Mission::begin(scenario, controller, robot, options.seed)?;
+    let world = scenario.world.of_run(options.seed);
+    let mut mission = Mission::begin(scenario, &world, controller, robot, options.seed)?;
     let reached = mission.drive(options.sample_ms)?;
     Ok(mission.result(options.seed, reached))
 }
 
 impl<'a, C: ControllerPort> Mission<'a, C> {
-    /// A robot at its start, ready to go.
+    /// A robot at its start in the world of its run, ready to go.
     pub(crate) fn begin(
         scenario: &'a Scenario,
+        world: &'a World,
         controller: C,
         robot: &Config,
         seed: u64,
@@ -197,8 +200,7 @@ impl<'a, C: ControllerPort> Mission<'a, C> {
             Route::Planned { .. } => route_planner::plan(scenario, start.position, 0.0)?.checkpoints,
         };
         let model = KheperaModel::new(&robot.robot, &robot.servo, scenario.noise.actuator);
-        let mut simulation =
-            Simulation::new(controller, &scenario.world, model, &scenario.noise, start, seed);
+        let mut simulation = Simulation::new(controller, world, model, &scenario.noise, start, seed);
         let points: Vec<_> = checkpoints.iter().copied().map(narrow_point).collect();
         simulation.controller.set_checkpoints(&points).map_err(MissionError::Port)??;
         simulation.controller.arm().map_err(MissionError::Port)?;

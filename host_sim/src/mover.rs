@@ -28,6 +28,9 @@ pub struct Mover {
     rate_rad_s: f64,
     /// Bearing of the disc from the circle's centre at time zero, in rad.
     phase_rad: f64,
+    /// In each run the bearing is drawn uniformly from ± this angle around [`Mover::new`]'s, in rad; see
+    /// [`World::of_run`](crate::world::World::of_run).
+    pub phase_jitter_rad: f64,
 }
 
 impl Mover {
@@ -45,7 +48,30 @@ impl Mover {
             Direction::Anticlockwise => 1.0,
             Direction::Clockwise => -1.0,
         };
-        Self { centre, orbit_radius_m, radius_m, rate_rad_s: sign * speed_m_s / orbit_radius_m, phase_rad }
+        let rate_rad_s = sign * speed_m_s / orbit_radius_m;
+        Self { centre, orbit_radius_m, radius_m, rate_rad_s, phase_rad, phase_jitter_rad: 0.0 }
+    }
+
+    /// The same, with a bearing at time zero that is drawn in each run.
+    #[must_use]
+    pub const fn with_phase_jitter(self, phase_jitter_rad: f64) -> Self {
+        Self { phase_jitter_rad, ..self }
+    }
+
+    /// The same, further along its circle by an angle in rad, anticlockwise positive; it goes the same way round.
+    #[must_use]
+    pub fn turned_by(self, angle_rad: f64) -> Self {
+        Self { phase_rad: self.phase_rad + angle_rad, ..self }
+    }
+
+    /// Whether both go round the same circle and never come nearer to each other.
+    #[must_use]
+    pub fn keeps_apart_from(&self, other: &Self) -> bool {
+        let same = |a: f64, b: f64| a.to_bits() == b.to_bits();
+        same(self.centre.x, other.centre.x)
+            && same(self.centre.y, other.centre.y)
+            && same(self.orbit_radius_m, other.orbit_radius_m)
+            && same(self.rate_rad_s, other.rate_rad_s)
     }
 
     /// Speed along the circle in m/s.

@@ -2,6 +2,8 @@
 //!
 //! A *question* is asked in all its scenes alike, such as a trap from all sides; its rate is over all of them.
 
+use crate::lateness::LATENESS_MAX_MS;
+use crate::limits::Measure;
 use crate::scenario::{Route, Scenario, ScenarioError};
 use crate::scenes::{Circling, Corridor, Disturbance, Door, Scene, Side, Slalom, Trap, WallEnd};
 
@@ -12,6 +14,8 @@ pub struct Question {
     pub name: String,
     /// The scenes that ask it.
     pub scenarios: Vec<Scenario>,
+    /// What it asks, where there is more or less of it.
+    pub measure: Option<Measure>,
 }
 
 /// Rates over two measures.
@@ -37,19 +41,19 @@ pub struct Surface {
 const TRAP_ANGLES: [f64; 5] = [-60.0, -30.0, 0.0, 30.0, 60.0];
 /// Angles at which a door is approached, in degrees.
 const DOOR_ANGLES: [f64; 5] = [-45.0, -22.5, 0.0, 22.5, 45.0];
-/// Diameter of the body, in m.
-const DIAMETER_M: f64 = 2.0 * crate::world::KHEPERA_RADIUS_M;
 
 fn question(name: String, scenes: impl IntoIterator<Item = Scene>, disturbance: &Disturbance) -> Question {
-    Question { name, scenarios: scenes.into_iter().map(|scene| scene.scenario(disturbance)).collect() }
+    let scenarios = scenes.into_iter().map(|scene| scene.scenario(disturbance)).collect();
+    Question { name, scenarios, measure: None }
 }
 
 fn trap(side: Side, width_cm: f64, depth_cm: f64, disturbance: &Disturbance) -> Question {
     let scene = |approach_deg| {
         Scene::Trap(Trap { width_m: width_cm / 100.0, depth_m: depth_cm / 100.0, side, approach_deg })
     };
-    let side = if side == Side::Outside { "from outside" } else { "from inside" };
-    question(format!("U {width_cm} x {depth_cm} cm {side}"), TRAP_ANGLES.map(scene), disturbance)
+    let name = format!("U {width_cm} x {depth_cm} cm {side}");
+    let measure = Some(Measure::Trap { side, width_cm, depth_cm });
+    Question { measure, ..question(name, TRAP_ANGLES.map(scene), disturbance) }
 }
 
 /// Traps that are asked for by name, and walls whose end hides the goal.
@@ -89,14 +93,11 @@ pub fn trap_surfaces(disturbance: &Disturbance) -> Vec<Surface> {
     ]
 }
 
-fn door(width_cm: f64, angles: &[f64], name: &str, disturbance: &Disturbance) -> Question {
+fn door(width_cm: f64, angles: &[f64], approach: &str, disturbance: &Disturbance) -> Question {
     let scene = |&approach_deg: &f64| Scene::Door(Door { width_m: width_cm / 100.0, approach_deg });
-    let diameters = width_cm / 100.0 / DIAMETER_M;
-    question(
-        format!("door {width_cm} cm ({diameters:.2} diameters){name}"),
-        angles.iter().map(scene),
-        disturbance,
-    )
+    let measure = Measure::Door { approach: approach.to_owned(), width_cm };
+    let name = format!("door {measure}, {approach}");
+    Question { measure: Some(measure), ..question(name, angles.iter().map(scene), disturbance) }
 }
 
 /// Widths of doors, in cm.
@@ -107,8 +108,8 @@ const DOOR_WIDTHS_CM: [f64; 7] = [12.0, 10.0, 8.0, 7.0, 6.5, 6.0, 5.5];
 pub fn doors(disturbance: &Disturbance) -> Vec<Question> {
     let mut questions = Vec::new();
     for width in DOOR_WIDTHS_CM {
-        questions.push(door(width, &[0.0], ", straight", disturbance));
-        questions.push(door(width, &[-45.0, 45.0], ", ±45°", disturbance));
+        questions.push(door(width, &[0.0], "straight", disturbance));
+        questions.push(door(width, &[-45.0, 45.0], "±45°", disturbance));
     }
     questions.extend([12.0, 10.0, 8.0, 7.0].map(|width_cm| {
         let scene = Scene::Corridor(Corridor { width_m: width_cm / 100.0 });
@@ -133,7 +134,9 @@ pub fn door_surfaces(disturbance: &Disturbance) -> Vec<Surface> {
         row_names: DOOR_ANGLES.iter().map(f64::to_string).collect(),
         cells: DOOR_ANGLES
             .iter()
-            .flat_map(|&angle| DOOR_WIDTHS_CM.map(|width| door(width, &[angle], "", disturbance)))
+            .flat_map(|&angle| {
+                DOOR_WIDTHS_CM.map(|width| door(width, &[angle], &format!("at {angle}°"), disturbance))
+            })
             .collect(),
     };
     let conditions = conditions(disturbance);
@@ -143,36 +146,46 @@ pub fn door_surfaces(disturbance: &Disturbance) -> Vec<Surface> {
         columns: "width of the door in cm",
         rows: "what is changed",
         column_names: DOOR_WIDTHS_CM.iter().map(f64::to_string).collect(),
-        row_names: conditions.iter().map(|(name, _)| (*name).to_owned()).collect(),
+        row_names: conditions.iter().map(|(name, _)| name.clone()).collect(),
         cells: conditions
             .iter()
-            .flat_map(|(_, condition)| DOOR_WIDTHS_CM.map(|width| door(width, &DOOR_ANGLES, "", condition)))
+            .flat_map(|(name, condition)| {
+                DOOR_WIDTHS_CM.map(|width| door(width, &DOOR_ANGLES, &format!("with {name}"), condition))
+            })
             .collect(),
     };
     vec![by_angle, by_condition]
 }
 
 /// What can disturb a run more or less than usual.
-fn conditions(usual: &Disturbance) -> Vec<(&'static str, Disturbance)> {
+fn conditions(usual: &Disturbance) -> Vec<(String, Disturbance)> {
+    let changed = |name: String, change: &dyn Fn(&mut Disturbance)| {
+        let mut disturbance = *usual;
+        change(&mut disturbance);
+        (name, disturbance)
+    };
     let noise = |factor: f64| {
-        let mut disturbance = *usual;
-        disturbance.noise.sensor *= factor;
-        disturbance.noise.actuator *= factor;
-        disturbance
+        let name = format!("{:.0} % noise", 100.0 * factor * usual.noise.sensor);
+        changed(name, &|disturbance| {
+            disturbance.noise.sensor *= factor;
+            disturbance.noise.actuator *= factor;
+        })
     };
-    let dropout = |share| {
-        let mut disturbance = *usual;
-        disturbance.noise.dropout = share;
-        disturbance
+    let dropout = |share: f64| {
+        changed(format!("{:.0} % dropout", 100.0 * share), &|disturbance| disturbance.noise.dropout = share)
     };
-    vec![
-        ("no noise", noise(0.0)),
-        ("10 % noise", *usual),
-        ("20 % noise", noise(2.0)),
-        ("5 % dropout", dropout(0.05)),
-        ("20 % dropout", dropout(0.2)),
-        ("jitter × 3", Disturbance { jitter: 3.0 * usual.jitter, ..*usual }),
-    ]
+    let late = |most_ms: u16| {
+        let name = format!("tasks ≤ {most_ms} ms late");
+        changed(name, &|disturbance| disturbance.noise.task_jitter_ms = most_ms)
+    };
+    let apart = changed(String::from("starts 3 × as far apart"), &|disturbance| disturbance.jitter *= 3.0);
+    [0.0, 1.0, 2.0]
+        .map(noise)
+        .into_iter()
+        .chain([0.05, 0.2].map(dropout))
+        .chain([32, 64, LATENESS_MAX_MS].map(late))
+        .chain([apart])
+        .collect()
 }
 
 /// Discs that circle, by number and speed.
@@ -202,7 +215,7 @@ pub fn papers(disturbance: &Disturbance) -> Result<Vec<Question>, ScenarioError>
     let question = |name: &str| {
         let mut scenario = Scenario::builtin(name)?;
         scenario.noise = disturbance.noise;
-        Ok(Question { name: name.to_owned(), scenarios: vec![scenario] })
+        Ok(Question { name: name.to_owned(), scenarios: vec![scenario], measure: None })
     };
     Scenario::builtin_names().map(question).collect()
 }

@@ -27,6 +27,10 @@ pub enum Purpose {
     Search = 8,
     /// Readings that are missing.
     Dropout = 9,
+    /// Where movers begin their circles.
+    Movers = 10,
+    /// How late the slow tasks are.
+    Lateness = 11,
     /// Starts and goals on maps of [`crate::benchmark`].
     BenchmarkPlaces = 20,
 }

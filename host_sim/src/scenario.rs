@@ -160,6 +160,8 @@ pub struct NoiseLevels {
     pub pose_position_m: f64,
     /// Error of the pose fix's heading in rad.
     pub pose_heading_rad: f64,
+    /// Avoidance and target reaching have their answers late by up to so many ms, see [`crate::lateness`].
+    pub task_jitter_ms: u16,
 }
 
 /// A wall or obstacle.

@@ -13,10 +13,13 @@ use controller_core::localisation::separation::{
     OTHERS, Others, Report, SeparationConfig, SeparationParameters,
 };
 use controller_core::planning::checkpoint::CheckpointError;
+use controller_core::reflex::Latched;
 use controller_core::scalar::Scalar;
 use controller_core::schedule::{Schedule, Tick};
+use controller_core::sensing::proximity::Scan;
 use controller_core::units::Point;
 
+use crate::lateness::Finished;
 use crate::proximity_model::SENSORS;
 
 /// Columns of the map, along the bearing.
@@ -41,6 +44,19 @@ pub trait ControllerPort {
 
     /// One tick.
     fn step(&mut self, now: Tick, inputs: &Inputs<f32, SENSORS>) -> Result<Outputs<f32>, Self::Error>;
+
+    /// One tick in which only these tasks have their answers, to what was latched at their last release.
+    ///
+    /// A controller elsewhere has tasks of its own, which nobody can make late from here: it takes an ordinary step.
+    fn step_late(
+        &mut self,
+        now: Tick,
+        inputs: &Inputs<f32, SENSORS>,
+        finished: Finished,
+    ) -> Result<Outputs<f32>, Self::Error> {
+        let _ = finished;
+        self.step(now, inputs)
+    }
 
     /// When the controller reads what.
     fn schedule(&self) -> Schedule;
@@ -103,6 +119,15 @@ impl<C: ControllerPort> ControllerPort for &mut C {
         (**self).step(now, inputs)
     }
 
+    fn step_late(
+        &mut self,
+        now: Tick,
+        inputs: &Inputs<f32, SENSORS>,
+        finished: Finished,
+    ) -> Result<Outputs<f32>, C::Error> {
+        (**self).step_late(now, inputs, finished)
+    }
+
     fn schedule(&self) -> Schedule {
         (**self).schedule()
     }
@@ -125,6 +150,21 @@ pub struct Sil<S: Scalar, O: Output<S> = Indirect<S>> {
     pub controller: Controller<S, O, COLUMNS, ROWS, SENSORS>,
     /// Other robots that it has been told of; nobody where there is one alone.
     pub others: Others<S, OTHERS>,
+    /// What tasks that run late have yet to work on.
+    pending: Pending<S>,
+}
+
+/// What was latched for tasks that are not ready.
+#[derive(Debug, Clone)]
+struct Pending<S> {
+    avoidance: Option<(Latched<S>, Option<Scan<S, SENSORS>>)>,
+    target: Option<Latched<S>>,
+}
+
+impl<S> Default for Pending<S> {
+    fn default() -> Self {
+        Self { avoidance: None, target: None }
+    }
 }
 
 impl<S: Scalar, O: Output<S>> Sil<S, O> {
@@ -133,7 +173,8 @@ impl<S: Scalar, O: Output<S>> Sil<S, O> {
         controller: Controller<S, O, COLUMNS, ROWS, SENSORS>,
     ) -> Result<Self, ConfigError> {
         let separation = SeparationParameters::new(&SeparationConfig::default(), config);
-        Ok(Self { parameters: config.build()?, controller, others: Others::new(separation) })
+        let others = Others::new(separation);
+        Ok(Self { parameters: config.build()?, controller, others, pending: Pending::default() })
     }
 
     /// Takes over what another robot tells of itself; command fusion has no use for it.
@@ -156,6 +197,53 @@ impl<S: Scalar, O: Output<S>> Sil<S, O> {
     /// If the configuration cannot be used.
     pub fn trained(config: &Config, map: HostMap<S, O>, steps: u32) -> Result<Self, ConfigError> {
         Self::with(config, Controller::new(map, steps))
+    }
+}
+
+impl<S: Scalar, O: Output<S>> Sil<S, O> {
+    /// The core's tick, with the slow tasks' answers as late as on a board that is busy: the fast half latches what they
+    /// are to work on when they are released, and takes their command when they have it. Training is never late.
+    fn tick_late(&mut self, now: Tick, inputs: &Inputs<S, SENSORS>, finished: Finished) -> Outputs<S> {
+        if self.controller.reflex.mode() != Mode::Navigate {
+            return self.controller.step(&self.parameters, now, inputs);
+        }
+        self.others.forget(now);
+        let p = &self.parameters;
+        let Controller { reflex, deliberation } = &mut self.controller;
+        let released = p.reflex.schedule.at(now);
+        if let Some(pose) = inputs.pose_fix {
+            reflex.fix_pose(pose);
+        }
+        if inputs.scan.is_some() {
+            reflex.note_scan(now);
+        }
+        reflex.supervision.untrained = !deliberation.map().is_trained();
+        let (drive, stopped) = reflex.tick(&p.reflex, now, inputs.encoders);
+        let reached = reflex.arrive(&p.reflex, now);
+        if released.avoidance {
+            self.pending.avoidance = Some((reflex.latch(&p.reflex, now), inputs.scan));
+        }
+        if released.target {
+            self.pending.target = Some(reflex.latch(&p.reflex, now));
+        }
+        let mut answered = None;
+        if let Some((latched, scan)) = self.pending.avoidance.take_if(|_| finished.avoidance) {
+            if let Some(scan) = scan {
+                deliberation.take_scan(scan);
+            }
+            deliberation.avoid_among(p, &latched, &self.others);
+            answered = Some(latched);
+        }
+        if let Some(latched) = self.pending.target.take_if(|_| finished.target) {
+            deliberation.reach_among(p, &latched, &self.others);
+            // Both at once: the younger moment.
+            answered = Some(answered.filter(|other| other.now > latched.now).unwrap_or(latched));
+        }
+        if let Some(latched) = answered {
+            let speeds = deliberation.integrate(p, &latched);
+            reflex.take_command(latched.now, speeds);
+        }
+        Outputs { drive, command: reflex.command(), reached, stopped, released }
     }
 }
 
@@ -183,13 +271,25 @@ impl<S: Scalar, O: Output<S>> ControllerPort for Sil<S, O> {
         Ok(outputs.to_f32())
     }
 
+    fn step_late(
+        &mut self,
+        now: Tick,
+        inputs: &Inputs<f32, SENSORS>,
+        finished: Finished,
+    ) -> Result<Outputs<f32>, Infallible> {
+        Ok(self.tick_late(now, &inputs.converted(), finished).to_f32())
+    }
+
     fn schedule(&self) -> Schedule {
         self.parameters.reflex.schedule
     }
 
     fn order(&mut self, order: Order<'_>) -> Result<Answer, Infallible> {
         match order {
-            Order::Mode { mode, now } => self.controller.set_mode(mode, now),
+            Order::Mode { mode, now } => {
+                self.controller.set_mode(mode, now);
+                self.pending = Pending::default();
+            }
             Order::Arm => self.controller.arm(),
             Order::Checkpoints(checkpoints) => {
                 return Ok(self.controller.checkpoints_mut().replace_all(&points_from(checkpoints)));

@@ -11,6 +11,7 @@ use nalgebra::Point2;
 
 use crate::geometry::Disc;
 use crate::khepera::{Khepera, KheperaModel, TICK_S, TruePose, wrapped};
+use crate::lateness::Lateness;
 use crate::number::{low_word, narrow};
 use crate::proximity_model::{ProximityRing, SENSORS};
 use crate::random::{Purpose, Stream};
@@ -27,6 +28,7 @@ pub const QUIET: NoiseLevels = NoiseLevels {
     beam_half_width_rad: 0.0,
     pose_position_m: 0.0,
     pose_heading_rad: 0.0,
+    task_jitter_ms: 0,
 };
 
 /// The papers' noise: 10 % white on sensors and actuators (P2), readings rounded to 5 mm, and beams of a real width.
@@ -38,6 +40,7 @@ pub const PAPERS: NoiseLevels = NoiseLevels {
     beam_half_width_rad: 0.130_899_693_899_574_72,
     pose_position_m: 0.0,
     pose_heading_rad: 0.0,
+    task_jitter_ms: 0,
 };
 
 /// Whether the body touches something, tested at every tick.
@@ -105,6 +108,8 @@ pub struct Simulation<'w, C> {
     pose_noise: (f64, f64),
     pose_stream: Stream,
     exploration: Stream,
+    /// Tasks that run late; `None` where they do not.
+    lateness: Option<Lateness>,
     contact: ContactTest,
     tick: Tick,
     way_m: f64,
@@ -140,6 +145,7 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
             pose_noise: (noise.pose_position_m, noise.pose_heading_rad),
             pose_stream: Stream::new(seed, Purpose::PoseFix),
             exploration: Stream::new(seed, Purpose::Exploration),
+            lateness: Lateness::new(noise.task_jitter_ms, seed),
             contact: ContactTest::new(),
             tick: 0,
             way_m: 0.0,
@@ -164,7 +170,9 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
     #[inline]
     pub fn decide_in(&mut self, world: &World) -> Result<Outputs<f32>, C::Error> {
         let inputs = self.read(world);
-        self.controller.step(self.tick, &inputs)
+        let Some(lateness) = &mut self.lateness else { return self.controller.step(self.tick, &inputs) };
+        let finished = lateness.at(self.controller.schedule(), self.tick);
+        self.controller.step_late(self.tick, &inputs, finished)
     }
 
     /// The second half of a tick: the robot moves in `world`.

@@ -3,11 +3,14 @@
 //! Where things are is a function of the time asked for, so that a run can be repeated from any tick; only the bodies
 //! of other driven robots are placed from outside. Every answer is exact and no call allocates.
 
+use std::borrow::Cow;
+
 use nalgebra::{Point2, Vector2};
 
 use crate::beam::Beam;
 use crate::geometry::{Disc, Nearest};
 use crate::mover::Mover;
+use crate::random::{Purpose, Stream};
 use crate::solids::Solids;
 
 /// Radius of the Khepera's body in m, the figure both papers use.
@@ -57,6 +60,27 @@ pub struct World {
 }
 
 impl World {
+    /// The world of the run with this seed: movers whose bearing is drawn begin where this run has them.
+    ///
+    /// Those that share a circle and a speed share the draw, so that they keep apart as they were placed.
+    #[must_use]
+    pub fn of_run(&self, seed: u64) -> Cow<'_, Self> {
+        if self.movers.iter().all(|mover| mover.phase_jitter_rad <= 0.0) {
+            return Cow::Borrowed(self);
+        }
+        let mut stream = Stream::new(seed, Purpose::Movers);
+        let mut shifts: Vec<f64> = Vec::new();
+        for mover in &self.movers {
+            // Drawn for each, so that none depends on the others' jitter.
+            let drawn = stream.symmetric();
+            let companion = self.movers.iter().zip(&shifts).find(|(other, _)| other.keeps_apart_from(mover));
+            shifts.push(companion.map_or(drawn * mover.phase_jitter_rad, |(_, &shift)| shift));
+        }
+        let mut world = self.clone();
+        world.movers = self.movers.iter().zip(shifts).map(|(mover, shift)| mover.turned_by(shift)).collect();
+        Cow::Owned(world)
+    }
+
     /// Distance from `centre` to the nearest surface at time `t_s`, in m: negative inside something solid, infinite
     /// in an empty world.
     ///
@@ -171,11 +195,15 @@ impl World {
 
 #[cfg(test)]
 mod tests {
+    use core::f64::consts::PI;
+    use std::borrow::Cow;
+
     use nalgebra::Point2;
 
     use super::{Timed, Window, World};
     use crate::beam::Beam;
     use crate::geometry::Segment;
+    use crate::mover::{Direction, Mover};
     use crate::solids::Solids;
 
     /// A wall at x = 1 that is there from 2 s until 5 s.
@@ -217,5 +245,45 @@ mod tests {
         })
         .collect();
         assert_eq!(changes, [2.0, 5.0]);
+    }
+
+    fn mover(x: f64, phase_rad: f64, jitter_rad: f64) -> Mover {
+        let mover = Mover::new(Point2::new(x, 0.0), 0.1, 0.025, 0.05, Direction::Clockwise, phase_rad);
+        mover.with_phase_jitter(jitter_rad)
+    }
+
+    fn world(movers: impl Into<Vec<Mover>>) -> World {
+        World { movers: movers.into(), ..World::default() }
+    }
+
+    #[test]
+    fn a_world_without_jitter_is_the_same_in_every_run() {
+        let world = world([mover(0.0, 0.0, 0.0)]);
+        assert!(matches!(world.of_run(7), Cow::Borrowed(same) if core::ptr::eq(same, &raw const world)));
+    }
+
+    #[test]
+    fn movers_begin_anywhere_on_their_circle_and_pairs_stay_opposite() {
+        let world = world([mover(0.0, 0.0, PI), mover(0.0, PI, PI), mover(0.5, 0.0, PI)]);
+        let mut quadrants = [0; 4];
+        for seed in 0..200 {
+            let [first, second, third] = <[Mover; 3]>::try_from(world.of_run(seed).movers.clone()).unwrap();
+            assert_eq!(world.of_run(seed).movers[0], first, "the seed decides");
+            let at = first.at(0.0).centre;
+            assert!((second.at(0.0).centre + at.coords).coords.norm() < 1e-12, "opposite each other");
+            assert!((third.at(0.0).centre.x - 0.5 - at.x).abs() > 1e-6, "another circle, another draw");
+            assert_eq!(first.direction(), Direction::Clockwise);
+            quadrants[usize::from(at.x > 0.0) + 2 * usize::from(at.y > 0.0)] += 1;
+        }
+        assert!(quadrants.iter().all(|count| (30..70).contains(count)), "{quadrants:?}");
+    }
+
+    #[test]
+    fn jitter_bounds_the_draw() {
+        let world = world([mover(0.0, 1.0, 0.2)]);
+        for seed in 0..100 {
+            let at = world.of_run(seed).movers[0].at(0.0).centre;
+            assert!((libm::atan2(at.y, at.x) - 1.0).abs() <= 0.2 + 1e-12);
+        }
     }
 }

@@ -79,6 +79,15 @@ fn the_sound_scenario_is_accepted() {
 }
 
 #[test]
+fn movers_may_begin_elsewhere_in_each_run() {
+    let text = SOUND.replace("speed_m_s = 0.05", "speed_m_s = 0.05\nphase_jitter_deg = 180");
+    let world = Scenario::parse(FILE, &text).unwrap().world;
+    assert_ne!(world.of_run(1).movers, world.of_run(2).movers);
+    let sound = Scenario::parse(FILE, SOUND).unwrap().world;
+    assert_eq!(sound.of_run(1).movers, sound.movers);
+}
+
+#[test]
 fn a_name_that_is_neither_built_in_nor_a_file_lists_what_is() {
     let message = Scenario::load("p2_fig66").unwrap_err().to_string();
     assert!(message.contains("`p2_fig66`") && message.contains("did you mean `p2_fig6`?"), "{message}");
@@ -171,6 +180,12 @@ fn sizes_must_be_positive() {
         &["greater than zero"],
     );
     refused("speed_m_s = 0.05", "speed_m_s = 0.05\nradius_m = -1", "movers[0].radius_m", &["-1"]);
+    refused(
+        "speed_m_s = 0.05",
+        "speed_m_s = 0.05\nphase_jitter_deg = -1",
+        "movers[0].phase_jitter_deg",
+        &["-1", "must not be negative"],
+    );
     refused("time_limit_s = 60", "time_limit_s = 0", "time_limit_s", &["greater than zero"]);
     refused("time_limit_s = 60", "time_limit_s = -5", "time_limit_s", &["-5"]);
     refused("time_limit_s = 60", "time_limit_s = 60\ntolerance_m = 0", "tolerance_m", &["greater than zero"]);

@@ -8,6 +8,7 @@ use host_sim::link::address::{Address, FORMS};
 use protocol::message::ScalarKind;
 
 use super::bench_worlds::BenchWorlds;
+use super::evaluate::all::EvaluateAllArgs;
 use super::evaluate::robots::EvaluateRobotsArgs;
 use super::evaluate::scenes::SceneArgs;
 use super::explain::ExplainArgs;
@@ -315,8 +316,13 @@ pub enum Evaluation {
     Doors(SceneArgs),
     /// Discs that circle across the way, without a planner: how often is who touched?
     Traffic(SceneArgs),
+    /// Success over two measures at once: traps by width and depth, doors by width, angle and what disturbs, discs by
+    /// number and speed
+    Surfaces(SceneArgs),
     /// Several robots in one world: do they get to their goals without touching each other?
     Robots(EvaluateRobotsArgs),
+    /// Scenarios, traps, doors, traffic, surfaces and robots, one after the other
+    All(EvaluateAllArgs),
 }
 
 /// What every experiment of `evaluate` needs to know.

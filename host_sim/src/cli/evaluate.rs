@@ -1,6 +1,7 @@
 //! `evaluate`: experiments of the papers, repeated.
 
 mod ablation;
+pub mod all;
 mod calibration;
 mod figures;
 mod report;
@@ -16,7 +17,7 @@ use host_sim::config_file;
 use host_sim::learning_curve::{CurvePlan, analytic_test};
 use host_sim::positioning::{PositioningPlan, TargetResult};
 use host_sim::training::TrainingPlan;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::args::{EvaluateArgs, EvaluatePositioningArgs, Evaluation, MappingArg, ScalarArg};
 use super::error::{CliError, Outcome};
@@ -35,15 +36,36 @@ struct Analytic {
     results: Vec<TargetResult>,
 }
 
+/// What an evaluation has to say.
+pub struct Report {
+    text: String,
+    document: Value,
+    outcome: Outcome,
+}
+
+impl Report {
+    /// As text or as one JSON document.
+    fn print(&self, json: bool) -> Result<Outcome, CliError> {
+        if json {
+            print_json(&self.document)?;
+        } else {
+            print(&self.text)?;
+        }
+        Ok(self.outcome)
+    }
+}
+
 pub fn evaluate(args: &EvaluateArgs) -> Result<Outcome, CliError> {
     match &args.what {
         Evaluation::Positioning(args) => positioning(args),
         Evaluation::Calibration(args) => calibration::calibration(args),
-        Evaluation::Scenarios(args) => scenes::evaluate(What::Papers, args),
-        Evaluation::Traps(args) => scenes::evaluate(What::Traps, args),
-        Evaluation::Doors(args) => scenes::evaluate(What::Doors, args),
-        Evaluation::Traffic(args) => scenes::evaluate(What::Traffic, args),
-        Evaluation::Robots(args) => robots::robots(args),
+        Evaluation::Scenarios(args) => scenes::evaluate(What::Papers, args)?.print(args.json),
+        Evaluation::Traps(args) => scenes::evaluate(What::Traps, args)?.print(args.json),
+        Evaluation::Doors(args) => scenes::evaluate(What::Doors, args)?.print(args.json),
+        Evaluation::Traffic(args) => scenes::evaluate(What::Traffic, args)?.print(args.json),
+        Evaluation::Surfaces(args) => scenes::evaluate(What::Surfaces, args)?.print(args.json),
+        Evaluation::Robots(args) => robots::robots(args)?.print(args.json),
+        Evaluation::All(args) => all::all(args),
     }
 }
 

@@ -19,6 +19,7 @@ use super::robot::{PeerRobot, Twist};
 use super::surroundings::Surroundings;
 use super::{Navigator, Target, View};
 use crate::arc::Place;
+use crate::lateness::Finished;
 use crate::proximity_model::SENSORS;
 use crate::sil::{Answer, ControllerPort, Order};
 
@@ -30,8 +31,11 @@ pub struct PeerPort<N> {
     robot: PeerRobot,
     approach: ApproachConfig,
     surroundings: Surroundings,
-    scan: Scan<f32, SENSORS>,
+    /// The last scan.
+    latest: Scan<f32, SENSORS>,
     navigator: N,
+    /// What a task that runs late has yet to work on.
+    pending: Option<(Latched<f32>, Scan<f32, SENSORS>)>,
 }
 
 impl<N: Navigator> PeerPort<N> {
@@ -47,13 +51,14 @@ impl<N: Navigator> PeerPort<N> {
             robot,
             approach: peers.approach.clone(),
             surroundings: Surroundings::new(peers.memory.clone(), navigator.memory_s(), robot.body_radius_m),
-            scan: Scan::EMPTY,
+            latest: Scan::EMPTY,
             navigator,
+            pending: None,
         })
     }
 
     /// The command for a latched moment; without a checkpoint the robot stands still.
-    fn decide(&mut self, latched: &Latched<f32>) -> WheelSpeeds<f32> {
+    fn decide(&mut self, latched: &Latched<f32>, scan: &Scan<f32, SENSORS>) -> WheelSpeeds<f32> {
         let pose = latched.pose;
         let place = Place {
             position: Point2::new(pose.x_m.into(), pose.y_m.into()),
@@ -61,7 +66,7 @@ impl<N: Navigator> PeerPort<N> {
         };
         let (radius, reach) = (self.robot.body_radius_m, self.robot.reach_m);
         let distance = |range: f32| radius + f64::from(range).max(0.0);
-        let ranges = self.scan.range_m.map(|range| range.map(distance).filter(|&distance| distance < reach));
+        let ranges = scan.range_m.map(|range| range.map(distance).filter(|&distance| distance < reach));
         self.surroundings.see(place, &ranges, reach, self.robot.period_s);
         let Some(target) = latched.target else { return WheelSpeeds::STOP };
         let position = Point2::new(f64::from(target.x_m), f64::from(target.y_m));
@@ -89,20 +94,32 @@ impl<N: Navigator> ControllerPort for PeerPort<N> {
     type Error = Infallible;
 
     fn step(&mut self, now: Tick, inputs: &Inputs<f32, SENSORS>) -> Result<Outputs<f32>, Infallible> {
+        // On time: ready in the tick of its release.
+        self.step_late(now, inputs, Finished { avoidance: true, target: true })
+    }
+
+    fn step_late(
+        &mut self,
+        now: Tick,
+        inputs: &Inputs<f32, SENSORS>,
+        finished: Finished,
+    ) -> Result<Outputs<f32>, Infallible> {
         let released = self.parameters.reflex.schedule.at(now);
         if let Some(pose) = inputs.pose_fix {
             self.reflex.fix_pose(pose);
         }
         if let Some(scan) = inputs.scan {
             self.reflex.note_scan(now);
-            self.scan = scan;
+            self.latest = scan;
         }
         let (drive, stopped) = self.reflex.tick(&self.parameters.reflex, now, inputs.encoders);
         let reached = self.reflex.arrive(&self.parameters.reflex, now);
         if self.reflex.mode() == Mode::Navigate && released.avoidance {
-            let latched = self.reflex.latch(&self.parameters.reflex, now);
-            let speeds = self.decide(&latched);
-            self.reflex.take_command(now, speeds);
+            self.pending = Some((self.reflex.latch(&self.parameters.reflex, now), self.latest));
+        }
+        if let Some((latched, scan)) = self.pending.take_if(|_| finished.avoidance) {
+            let speeds = self.decide(&latched, &scan);
+            self.reflex.take_command(latched.now, speeds);
         }
         Ok(Outputs { drive, command: self.reflex.command(), reached, stopped, released })
     }
@@ -115,6 +132,7 @@ impl<N: Navigator> ControllerPort for PeerPort<N> {
         match order {
             Order::Mode { mode, now } => {
                 self.reflex.set_mode(mode, now);
+                self.pending = None;
                 self.surroundings.clear();
                 self.navigator.reset();
             }

@@ -130,6 +130,8 @@ impl Check<'_> {
             pose_position_m: self
                 .not_negative("noise.pose_position_m", raw.pose_position_m.unwrap_or(0.0))?,
             pose_heading_rad: self.not_negative("noise.pose_heading_deg", pose_heading_deg)?.to_radians(),
+            // No part of a file: a board that runs one has tasks of its own.
+            task_jitter_ms: 0,
         })
     }
 
@@ -203,14 +205,16 @@ impl Check<'_> {
             RawDirection::Anticlockwise => Direction::Anticlockwise,
             RawDirection::Clockwise => Direction::Clockwise,
         };
-        Ok(Mover::new(
+        let jitter_deg = self.not_negative(&format!("{key}.phase_jitter_deg"), raw.phase_jitter_deg)?;
+        let mover = Mover::new(
             self.point(&format!("{key}.centre"), raw.centre)?,
             self.positive(&format!("{key}.orbit_radius_m"), raw.orbit_radius_m)?,
             self.positive(&format!("{key}.radius_m"), raw.radius_m.unwrap_or(KHEPERA_RADIUS_M))?,
             self.not_negative(&format!("{key}.speed_m_s"), raw.speed_m_s)?,
             direction,
             self.finite(&format!("{key}.phase_deg"), raw.phase_deg)?.to_radians(),
-        ))
+        );
+        Ok(mover.with_phase_jitter(jitter_deg.to_radians()))
     }
 
     fn route(&self, raw: &RawScenario) -> Checked<Route> {

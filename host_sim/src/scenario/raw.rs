@@ -118,6 +118,8 @@ pub(super) struct RawMover {
     #[serde(default)]
     pub phase_deg: f64,
     #[serde(default)]
+    pub phase_jitter_deg: f64,
+    #[serde(default)]
     pub direction: RawDirection,
     pub radius_m: Option<f64>,
 }

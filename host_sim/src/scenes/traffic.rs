@@ -11,7 +11,8 @@ use crate::world::KHEPERA_RADIUS_M;
 
 /// Discs of the robot's size on circles whose middle lies on the straight way.
 ///
-/// They do not look where they go: a robot that stands in their way is driven into, and that counts as contact.
+/// They do not look where they go: a robot that stands in their way is driven into, and that counts as contact. Where
+/// on its circle a pair begins is drawn in each run, so that it meets the robot at any phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Circling {
     /// How many, up to two on each of three circles along the way.
@@ -50,6 +51,7 @@ impl Circling {
                 direction,
                 phase,
             )
+            .with_phase_jitter(PI)
         };
         let end = APART_M * (f64::from(circles) - 1.0).max(0.0);
         Draft {
@@ -57,8 +59,6 @@ impl Circling {
             title: format!("{} discs that circle at {} cm/s", self.discs, centimetres(self.speed_m_s)),
             start: Point2::new(-0.35, 0.0),
             heading_rad: 0.0,
-            // Enough for the robot to come at any phase of a circle: with the discs' own it must not be drawn, since a
-            // scenario has one world.
             jitter_m: 0.05,
             jitter_rad: PI / 2.0,
             goal: Point2::new(end + 0.35, 0.0),

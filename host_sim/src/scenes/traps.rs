@@ -1,20 +1,32 @@
 //! Traps: a U between the robot and its goal, and a wall whose end hides the goal.
 
 use core::f64::consts::PI;
+use core::fmt::{self, Display, Formatter};
 
 use nalgebra::Point2;
+use serde::Serialize;
 
 use super::build::{Disturbance, Draft, WALL_M, block, centimetres, direction};
 use crate::scenario::Scenario;
 use crate::world::KHEPERA_RADIUS_M;
 
 /// Where the robot starts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Side {
     /// Before the mouth of the U, heading for the goal.
     Outside,
     /// Inside, near the bottom, with any heading.
     Inside,
+}
+
+impl Display for Side {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Outside => "from outside",
+            Self::Inside => "from inside",
+        })
+    }
 }
 
 /// A U that opens towards where the robot comes from; its goal lies behind the bottom.

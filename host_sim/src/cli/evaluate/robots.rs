@@ -18,10 +18,11 @@ use serde_json::{Value, json};
 use super::super::args::{LearningArgs, ScalarArg};
 use super::super::error::{CliError, Outcome};
 use super::super::learning::{configuration, learn, learn_each, seeds, threads, training_plan};
-use super::super::output::{OutputFolder, hex, print, print_json};
+use super::super::output::{OutputFolder, hex};
 use super::super::progress::Progress;
 use super::super::single_run::result_json;
 use super::super::table::{facts, percent, table};
+use super::Report;
 
 /// Runs whose paths are drawn; more would hide each other.
 const DRAWN_RUNS: usize = 6;
@@ -67,7 +68,7 @@ struct Row {
     summary: FleetSummary,
 }
 
-pub fn robots(args: &EvaluateRobotsArgs) -> Result<Outcome, CliError> {
+pub fn robots(args: &EvaluateRobotsArgs) -> Result<Report, CliError> {
     match args.learning.scalar() {
         ScalarArg::F32 => robots_in::<f32>(args),
         ScalarArg::Fixed => robots_in::<Fixed>(args),
@@ -95,7 +96,7 @@ fn file_name(scenario: &Scenario, separated: bool) -> String {
     format!("{}{}.svg", scenario.name, if separated { "" } else { "_without" })
 }
 
-fn robots_in<S: StoredScalar>(args: &EvaluateRobotsArgs) -> Result<Outcome, CliError> {
+fn robots_in<S: StoredScalar>(args: &EvaluateRobotsArgs) -> Result<Report, CliError> {
     let config = configuration(&args.learning)?;
     let scenes = scenes(args)?;
     let seeds = seeds(args.learning.seed, args.runs)?;
@@ -130,18 +131,17 @@ fn robots_in<S: StoredScalar>(args: &EvaluateRobotsArgs) -> Result<Outcome, CliE
             files.push(folder.write(&file_name(&row.scenario, row.separated), row.figure().as_bytes())?);
         }
     }
-    if args.json {
-        let rows = rows.iter().map(Row::document).collect::<Vec<_>>();
-        print_json(
-            &json!({ "scalar": S::NAME, "seed": args.learning.seed, "scenes": rows, "files": files }),
-        )?;
-    } else {
-        print(&text(args, S::NAME, &rows))?;
-        files.iter().try_for_each(|file| print(&format!("wrote {file}\n")))?;
-    }
+    let documents = rows.iter().map(Row::document).collect::<Vec<_>>();
+    let wrote = files.iter().map(|file| format!("wrote {file}\n"));
     let required = f64::from(args.require.unwrap_or(0));
     let enough = |row: &Row| !row.separated || row.summary.success.share() * 100.0 >= required;
-    Ok(if rows.iter().all(enough) { Outcome::Ok } else { Outcome::RobotFailed })
+    Ok(Report {
+        text: core::iter::once(text(args, S::NAME, &rows)).chain(wrote).collect(),
+        document: json!({
+            "scalar": S::NAME, "seed": args.learning.seed, "scenes": documents, "files": files
+        }),
+        outcome: if rows.iter().all(enough) { Outcome::Ok } else { Outcome::RobotFailed },
+    })
 }
 
 impl Row {

@@ -1,43 +1,42 @@
-//! `evaluate scenarios`, `traps`, `doors` and `traffic`: rates of all controllers over many scenes.
+//! `evaluate scenarios`, `traps`, `doors`, `traffic` and `surfaces`: rates of all controllers over many scenes.
+
+mod entrants;
+mod surfaces;
+mod tables;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use controller_core::scalar::{Fixed, Scalar};
-use host_sim::config_file;
-use host_sim::contender::Contender;
 use host_sim::evaluation::{RunPlan, SceneResult, Subject, run_scenes};
-use host_sim::figure::{HeatMap, draw_heat_map, draw_run};
+use host_sim::figure::{draw_heat_map, draw_run};
+use host_sim::lateness::LATENESS_MAX_MS;
+use host_sim::limits::{Limit, limits};
 use host_sim::mission::MissionResult;
 use host_sim::questions::{self, Question, Surface};
-use host_sim::route_planner;
 use host_sim::run_log;
 use host_sim::scenario::Scenario;
 use host_sim::scenes::Disturbance;
-use host_sim::settings::Settings;
-use host_sim::sil::Indirect;
 use host_sim::simulation::PAPERS;
-use host_sim::statistics::Rate;
-use host_sim::sweep::Maps;
-use host_sim::training::TrainingPlan;
 use rayon::ThreadPool;
 use serde_json::{Value, json};
 
 use super::super::args::ScalarArg;
 use super::super::error::{CliError, Outcome};
-use super::super::learning::{learn_each, seeds, threads};
-use super::super::output::{OutputFolder, print, print_json};
+use super::super::learning::{seeds, settings_of, threads};
+use super::super::output::OutputFolder;
 use super::super::progress::Progress;
-use super::super::table::{facts, percent, table};
+use super::super::table::{facts, percent};
+use super::Report;
+use entrants::{Entrant, equip};
+use surfaces::Measured;
 
 /// Paths in a figure; more would hide each other.
 const DRAWN_PATHS: u32 = 20;
-/// A trap or a door counts as passed from this share of the runs on.
-const PASSED: f64 = 0.99;
 
 /// What the evaluations over scenes need to know.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct SceneArgs {
     /// Runs of each scene, with consecutive seeds
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -45,9 +44,13 @@ pub struct SceneArgs {
     /// Seed of the first run
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Only these controllers; default: all
+    /// Only these controllers; may be given several times. Default: all, of `literal` and `fusion-asymmetric` only in
+    /// `scenarios`; the first is the one that surfaces are measured with
     #[arg(long, value_enum)]
-    pub controller: Vec<Contender>,
+    pub controller: Vec<Entrant>,
+    /// Only scenes, or of `surfaces` only those, whose name contains this; may be given several times
+    #[arg(long, value_name = "TEXT")]
+    pub only: Vec<String>,
     /// Maps to drive with in turn, learned with the seeds from --seed on
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub maps: u32,
@@ -67,6 +70,10 @@ pub struct SceneArgs {
     /// Share of readings that are missing
     #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = share)]
     pub dropout: f64,
+    /// Avoidance and target reaching have their answers late by up to so many ms, each time anew
+    #[arg(long, value_name = "MS", default_value_t = 0)]
+    #[arg(value_parser = clap::value_parser!(u16).range(0..=i64::from(LATENESS_MAX_MS)))]
+    pub task_jitter: u16,
     /// Also what costs minutes: the surfaces over two measures, for the first controller
     #[arg(long)]
     pub surfaces: bool,
@@ -89,6 +96,38 @@ fn share(text: &str) -> Result<f64, String> {
     value.ok_or_else(|| String::from("must be a number between 0 and 1"))
 }
 
+impl SceneArgs {
+    fn disturbance(&self) -> Disturbance {
+        let mut disturbance = Disturbance { noise: PAPERS, jitter: 1.0 };
+        disturbance.noise.sensor = self.noise;
+        disturbance.noise.actuator = self.noise;
+        disturbance.noise.dropout = self.dropout;
+        disturbance.noise.task_jitter_ms = self.task_jitter;
+        disturbance
+    }
+
+    /// Leaves out what none of the texts of `--only` fits; each of them must fit something.
+    fn choose<T>(&self, all: &mut Vec<T>, name: impl Fn(&T) -> &str) -> Result<(), CliError> {
+        let names: Vec<&str> = all.iter().map(&name).collect();
+        if let Some(text) = self.only.iter().find(|text| !names.iter().any(|name| name.contains(*text))) {
+            let message = format!("--only {text}: nothing is called so; there are {}", names.join("; "));
+            return Err(CliError::Request(message));
+        }
+        all.retain(|one| self.only.is_empty() || self.only.iter().any(|text| name(one).contains(text)));
+        Ok(())
+    }
+
+    /// The first of them in full and on surfaces.
+    fn entrants(&self, what: What) -> Vec<Entrant> {
+        match what {
+            _ if !self.controller.is_empty() => self.controller.clone(),
+            What::Papers => Entrant::value_variants().to_vec(),
+            What::Surfaces => vec![Entrant::Cooperative],
+            What::Traps | What::Doors | What::Traffic => Entrant::CONTENDERS.to_vec(),
+        }
+    }
+}
+
 /// Which scenes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum What {
@@ -100,20 +139,25 @@ pub enum What {
     Doors,
     /// Discs that circle.
     Traffic,
+    /// Nothing but the surfaces of all others.
+    Surfaces,
 }
 
 impl What {
-    fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Papers => "scenarios",
             Self::Traps => "traps",
             Self::Doors => "doors",
             Self::Traffic => "traffic",
+            Self::Surfaces => "surfaces",
         }
     }
 
-    fn questions(self, disturbance: &Disturbance) -> Result<Vec<Question>, CliError> {
-        Ok(match self {
+    /// The scenes that are asked for; those that none of the texts of `--only` fits are left out.
+    fn questions(self, args: &SceneArgs) -> Result<Vec<Question>, CliError> {
+        let disturbance = &args.disturbance();
+        let mut questions = match self {
             Self::Papers => questions::papers(disturbance)?,
             Self::Traps => questions::traps(disturbance),
             Self::Doors => questions::doors(disturbance),
@@ -121,12 +165,26 @@ impl What {
                 .into_iter()
                 .flat_map(|surface| surface.cells)
                 .collect(),
-        })
+            Self::Surfaces => return Ok(Vec::new()),
+        };
+        args.choose(&mut questions, |question| &question.name)?;
+        Ok(questions)
     }
 
-    fn surfaces(self, disturbance: &Disturbance) -> Vec<Surface> {
+    fn surfaces(self, args: &SceneArgs) -> Result<Vec<Surface>, CliError> {
+        let disturbance = &args.disturbance();
+        if self != Self::Surfaces {
+            return Ok(if args.surfaces { self.surfaces_of_kind(disturbance) } else { Vec::new() });
+        }
+        let kinds = [Self::Traps, Self::Doors, Self::Traffic].into_iter();
+        let mut surfaces = kinds.flat_map(|what| what.surfaces_of_kind(disturbance)).collect();
+        args.choose(&mut surfaces, |surface| surface.name)?;
+        Ok(surfaces)
+    }
+
+    fn surfaces_of_kind(self, disturbance: &Disturbance) -> Vec<Surface> {
         match self {
-            Self::Papers => Vec::new(),
+            Self::Papers | Self::Surfaces => Vec::new(),
             Self::Traps => questions::trap_surfaces(disturbance),
             Self::Doors => questions::door_surfaces(disturbance),
             Self::Traffic => questions::traffic_surfaces(disturbance),
@@ -136,114 +194,83 @@ impl What {
 
 /// One controller's answers to all questions.
 struct Column {
-    contender: Contender,
+    entrant: Entrant,
     results: Vec<SceneResult>,
+    limits: Vec<Limit>,
     /// Of the first scene of each question, the runs that kept a log.
     drawn: Vec<Vec<MissionResult>>,
 }
 
-/// A surface that was measured.
-struct Measured {
-    surface: Surface,
-    results: Vec<SceneResult>,
+/// All that was measured.
+struct Answers {
+    questions: Vec<Question>,
+    columns: Vec<Column>,
+    surfaces: Vec<Measured>,
 }
 
-pub fn evaluate(what: What, args: &SceneArgs) -> Result<Outcome, CliError> {
+pub fn evaluate(what: What, args: &SceneArgs) -> Result<Report, CliError> {
     match args.scalar {
         ScalarArg::F32 => evaluate_with::<f32>(what, args),
         ScalarArg::Fixed => evaluate_with::<Fixed>(what, args),
     }
 }
 
-fn evaluate_with<S: Scalar>(what: What, args: &SceneArgs) -> Result<Outcome, CliError> {
-    let settings = args.config.as_deref().map_or_else(|| Ok(Settings::default()), config_file::load)?;
-    let mut disturbance = Disturbance { noise: PAPERS, jitter: 1.0 };
-    disturbance.noise.sensor = args.noise;
-    disturbance.noise.actuator = args.noise;
-    disturbance.noise.dropout = args.dropout;
-    let questions = what.questions(&disturbance)?;
+fn evaluate_with<S: Scalar>(what: What, args: &SceneArgs) -> Result<Report, CliError> {
+    let questions = what.questions(args)?;
     let csv = format!("{}.csv", what.name());
     let folder = args.out.as_deref().map(|out| OutputFolder::open(out, &[&csv])).transpose()?;
     seeds(args.seed, args.runs)?;
-    let pool = threads(args.threads)?;
     let begin = Instant::now();
-    let training = TrainingPlan { steps: args.steps, ..TrainingPlan::default() };
-    let map_seeds = seeds(args.seed, args.maps)?;
-    let learned = pool.install(|| learn_each::<S, Indirect<S>>(&settings.core, &training, map_seeds))?;
-    let maps = Maps::PerRun(learned.into_iter().map(|learned| learned.map).collect());
-    let contenders =
-        if args.controller.is_empty() { Contender::ALL.to_vec() } else { args.controller.clone() };
     let logged = if folder.is_some() { DRAWN_PATHS } else { 0 };
+    let answers = answers::<S>(what, args, questions, logged)?;
+    let took_s = begin.elapsed().as_secs_f64();
+    let files = folder.map_or_else(|| Ok(Vec::new()), |folder| write(what, args, &answers, &folder))?;
+    let required = f64::from(args.require.unwrap_or(0)) / 100.0;
+    let mut first = answers.columns.first().into_iter().flat_map(|column| &column.results);
+    let enough = first.all(|result| result.success.share() >= required);
+    Ok(Report {
+        text: text(what, args, S::NAME, &answers, took_s, &files),
+        document: document(what, args, &answers, &files),
+        outcome: if enough { Outcome::Ok } else { Outcome::RobotFailed },
+    })
+}
+
+fn answers<S: Scalar>(
+    what: What,
+    args: &SceneArgs,
+    questions: Vec<Question>,
+    logged: u32,
+) -> Result<Answers, CliError> {
+    let settings = settings_of(args.config.as_deref())?;
+    let pool = threads(args.threads)?;
+    let entrants = args.entrants(what);
+    let equipment = pool.install(|| equip::<S>(&entrants, &settings, args))?;
     let plan = RunPlan { seed: args.seed, runs: args.runs, logged };
     let mut columns = Vec::new();
-    for &contender in &contenders {
-        let subject = Subject { settings: &settings, contender, maps: &maps };
-        let (results, drawn) = ask(&questions, &subject, plan, &pool)?;
-        columns.push(Column { contender, results, drawn });
+    for (&entrant, equipment) in entrants.iter().zip(&equipment) {
+        let (results, drawn) = ask(&questions, entrant.name(), &equipment.subject(entrant), plan, &pool)?;
+        columns.push(Column { entrant, limits: limits(&questions, &results), results, drawn });
     }
     let mut surfaces = Vec::new();
-    if let Some(&contender) = contenders.first().filter(|_| args.surfaces) {
-        let subject = Subject { settings: &settings, contender, maps: &maps };
-        for surface in what.surfaces(&disturbance) {
-            let (results, _) = ask(&surface.cells, &subject, RunPlan { logged: 0, ..plan }, &pool)?;
-            surfaces.push(Measured { surface, results });
-        }
+    for surface in what.surfaces(args)? {
+        let Some((&entrant, equipment)) = entrants.iter().zip(&equipment).next() else { continue };
+        let (plan, controller) = (RunPlan { logged: 0, ..plan }, entrant.name());
+        let (results, _) = ask(&surface.cells, surface.name, &equipment.subject(entrant), plan, &pool)?;
+        surfaces.push(Measured { surface, controller, results });
     }
-    let mut files = Vec::new();
-    if let Some(folder) = folder {
-        files.push(folder.write(&csv, rates_csv(&questions, &columns).as_bytes())?);
-        for (name, figure) in figures(&questions, &columns) {
-            files.push(folder.write(&name, figure.as_bytes())?);
-        }
-        for measured in &surfaces {
-            let name = measured.surface.name;
-            files.push(folder.write(&format!("{name}.csv"), measured.csv().as_bytes())?);
-            let figure = draw_heat_map(&measured.heat_map(args, contenders[0]));
-            files.push(folder.write(&format!("{name}.svg"), figure.as_bytes())?);
-        }
-    }
-    if args.json {
-        print_json(&document(what, args, &questions, &columns, &surfaces, &files))?;
-    } else {
-        let took = format!("{:.0} s", begin.elapsed().as_secs_f64());
-        let head = facts([
-            ("runs", format!("{} of each scene, seeds {} and up", args.runs, args.seed)),
-            (
-                "noise",
-                format!(
-                    "{} % of ranges and speeds, {} % dropout",
-                    percent(args.noise),
-                    percent(args.dropout)
-                ),
-            ),
-            ("maps", format!("{} in turn, {} steps each, scalar {}", args.maps, args.steps, S::NAME)),
-            ("took", took),
-        ]);
-        let wrote = if files.is_empty() { String::new() } else { format!("wrote {}\n", files.join(", ")) };
-        let lines: String = surfaces.iter().map(Measured::limits).collect();
-        print(&format!("{head}\n{}\n{lines}{}{wrote}", rates_table(&questions, &columns), what_it_means()))?;
-    }
-    let required = f64::from(args.require.unwrap_or(0)) / 100.0;
-    let first = columns.first().into_iter().flat_map(|column| &column.results);
-    Ok(if first.into_iter().all(|result| result.success.share() >= required) {
-        Outcome::Ok
-    } else {
-        Outcome::RobotFailed
-    })
+    Ok(Answers { questions, columns, surfaces })
 }
 
 /// Runs all scenes of all questions; per question, the rates and the first scene's runs with a log.
 fn ask<S: Scalar>(
     questions: &[Question],
+    name: &'static str,
     subject: &Subject<'_, S>,
     plan: RunPlan,
     pool: &ThreadPool,
 ) -> Result<(Vec<SceneResult>, Vec<Vec<MissionResult>>), CliError> {
-    let scenes = questions.iter().map(|question| question.scenarios.len());
-    let bar = Progress::new(
-        subject.contender.name(),
-        scenes.clone().map(|_| u64::from(plan.runs)).sum::<u64>().max(1),
-    );
+    let scenes = questions.iter().flat_map(|question| &question.scenarios);
+    let bar = Progress::new(name, scenes.map(|_| u64::from(plan.runs)).sum::<u64>().max(1));
     let (mut results, mut drawn) = (Vec::new(), Vec::new());
     for question in questions {
         let progress = || bar.advance();
@@ -256,76 +283,72 @@ fn ask<S: Scalar>(
     Ok((results, drawn))
 }
 
-fn rate(rate: Rate) -> String {
-    let (low, high) = rate.wilson_95();
-    format!("{} [{}, {}]", percent(rate.share()), percent(low), percent(high))
-}
-
-/// The first controller in full; of the others success and contact.
-fn rates_table(questions: &[Question], columns: &[Column]) -> String {
-    let mut rows = vec![vec![String::from("scene")]];
-    for (number, column) in columns.iter().enumerate() {
-        rows[0].push(format!("{}: success", column.contender.name()));
-        rows[0].push(String::from("contact"));
-        if number == 0 {
-            rows[0].extend(["late", "median s"].map(String::from));
-        }
+/// Writes rates, limits, paths and surfaces.
+fn write(
+    what: What,
+    args: &SceneArgs,
+    answers: &Answers,
+    folder: &OutputFolder,
+) -> Result<Vec<String>, CliError> {
+    let Answers { questions, columns, surfaces } = answers;
+    let mut files = Vec::new();
+    let mut add = |name: String, content: String| -> Result<(), CliError> {
+        files.push(folder.write(&name, content.as_bytes())?);
+        Ok(())
+    };
+    if !questions.is_empty() {
+        add(format!("{}.csv", what.name()), tables::rates_csv(questions, columns))?;
     }
-    for (index, question) in questions.iter().enumerate() {
-        let mut row = vec![question.name.clone()];
-        for (number, column) in columns.iter().enumerate() {
-            let Some(result) = column.results.get(index) else { continue };
-            row.push(if number == 0 { rate(result.success) } else { percent(result.success.share()) });
-            row.push(percent(result.contact.share()));
-            if number == 0 {
-                row.push(percent(result.late.share()));
-                row.push(result.time_median_s.map_or_else(|| String::from("-"), |time| format!("{time:.1}")));
-            }
-        }
-        rows.push(row);
+    if columns.iter().any(|column| !column.limits.is_empty()) {
+        add(format!("{}_limits.csv", what.name()), tables::limits_csv(columns))?;
     }
-    table(&rows)
+    for (name, figure) in figures(questions, columns) {
+        add(name, figure)?;
+    }
+    for measured in surfaces {
+        let name = measured.surface.name;
+        add(format!("{name}.csv"), measured.csv())?;
+        add(format!("{name}.svg"), draw_heat_map(&measured.heat_map(args)))?;
+    }
+    Ok(files)
 }
 
-fn what_it_means() -> &'static str {
-    "success: the goal within 5 mm, in time, without contact; in %, [Wilson's 95 % interval]\n"
-}
-
-/// One line for each scene and controller.
-fn rates_csv(questions: &[Question], columns: &[Column]) -> String {
-    let mut text = String::from(
-        "scene,controller,runs,success,success_low,success_high,contact,late,time_median_s,way_median_m,\
-         way_over_shortest,turn_median_rad_per_m\n",
-    );
-    let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
-    for (index, question) in questions.iter().enumerate() {
-        let shortest = shortest(question);
-        for column in columns {
-            let Some(result) = column.results.get(index) else { continue };
-            let (low, high) = result.success.wilson_95();
-            let over = result.way_median_m.zip(shortest).map(|(way, shortest)| way / shortest);
-            text += &format!(
-                "\"{}\",{},{},{:.4},{low:.4},{high:.4},{:.4},{:.4},{},{},{},{}\n",
-                question.name,
-                column.contender.name(),
-                result.success.runs,
-                result.success.share(),
-                result.contact.share(),
-                result.late.share(),
-                number(result.time_median_s),
-                number(result.way_median_m),
-                number(over),
-                number(result.turn_median_rad_per_m),
-            );
-        }
+fn text(
+    what: What,
+    args: &SceneArgs,
+    scalar: &str,
+    answers: &Answers,
+    took_s: f64,
+    files: &[String],
+) -> String {
+    let Answers { questions, columns, surfaces } = answers;
+    let late = if args.task_jitter > 0 {
+        format!(", tasks up to {} ms late", args.task_jitter)
+    } else {
+        String::new()
+    };
+    let (noise, dropout) = (percent(args.noise), percent(args.dropout));
+    let mut text = facts([
+        ("runs", format!("{} of each scene, seeds {} and up", args.runs, args.seed)),
+        ("noise", format!("{noise} % of ranges and speeds, {dropout} % dropout{late}")),
+        ("maps", format!("{} in turn, {} steps each, scalar {scalar}", args.maps, args.steps)),
+        ("took", format!("{took_s:.0} s")),
+    ]);
+    text.push('\n');
+    if !questions.is_empty() {
+        text += &tables::rates(what, questions, columns);
+        text.push('\n');
+    }
+    text += &tables::limits(columns);
+    text.extend(surfaces.iter().map(Measured::text));
+    text += tables::WHAT_IT_MEANS;
+    if what == What::Papers {
+        text += tables::WHAT_IT_ADDS;
+    }
+    if !files.is_empty() {
+        text += &format!("wrote {}\n", files.join(", "));
     }
     text
-}
-
-/// The shortest way that the body fits along, where all is known; only of a question with one scene.
-fn shortest(question: &Question) -> Option<f64> {
-    let [scenario] = question.scenarios.as_slice() else { return None };
-    route_planner::shortest_m(scenario)
 }
 
 /// The paths of each question's first scene, all controllers over each other.
@@ -336,7 +359,7 @@ fn figures(questions: &[Question], columns: &[Column]) -> Vec<(String, String)> 
         let mut traces = Vec::new();
         for column in columns {
             let runs = column.drawn.get(index).into_iter().flatten();
-            traces.extend(runs.map(|run| run_log::trace(column.contender.name(), &run.samples)));
+            traces.extend(runs.map(|run| run_log::trace(column.entrant.name(), &run.samples)));
         }
         figures.push((
             format!("{}_paths.svg", scenario.name),
@@ -354,102 +377,17 @@ fn drawable(scenario: &Scenario, columns: &[Column], index: usize) -> Scenario {
     scenario.clone().with_checkpoints(checkpoints)
 }
 
-impl Measured {
-    fn rows(&self) -> impl Iterator<Item = (&String, &[SceneResult])> {
-        let width = self.surface.column_names.len().max(1);
-        self.surface.row_names.iter().zip(self.results.chunks(width))
-    }
-
-    fn csv(&self) -> String {
-        let mut text =
-            format!("\"{}\",\"{}\",runs,success,contact,late\n", self.surface.rows, self.surface.columns);
-        for (row, results) in self.rows() {
-            for (column, result) in self.surface.column_names.iter().zip(results) {
-                text += &format!(
-                    "{row},{column},{},{:.4},{:.4},{:.4}\n",
-                    result.success.runs,
-                    result.success.share(),
-                    result.contact.share(),
-                    result.late.share()
-                );
-            }
-        }
-        text
-    }
-
-    fn heat_map(&self, args: &SceneArgs, contender: Contender) -> HeatMap {
-        let cell = |result: &SceneResult| {
-            let hint = format!(
-                "{} of {}, contact {} %, late {} %",
-                result.success.count,
-                result.success.runs,
-                percent(result.contact.share()),
-                percent(result.late.share())
-            );
-            Some((result.success.share(), hint))
-        };
-        HeatMap {
-            title: self.surface.title.to_owned(),
-            under: format!(
-                "success in % with {}; {} runs of each scene, seeds {} and up, {} % noise",
-                contender.name(),
-                args.runs,
-                args.seed,
-                percent(args.noise)
-            ),
-            columns: self.surface.columns.to_owned(),
-            rows: self.surface.rows.to_owned(),
-            column_names: self.surface.column_names.clone(),
-            row_names: self.surface.row_names.clone(),
-            shares: self.rows().map(|(_, results)| results.iter().map(cell).collect()).collect(),
-        }
-    }
-
-    /// Where it ends: of each row, the columns that are passed.
-    fn limits(&self) -> String {
-        let mut text = format!("{}: at least {} % in\n", self.surface.title, percent(PASSED));
-        for (row, results) in self.rows() {
-            let passed: Vec<&str> = self
-                .surface
-                .column_names
-                .iter()
-                .zip(results)
-                .filter(|(_, result)| result.success.share() >= PASSED)
-                .map(|(name, _)| name.as_str())
-                .collect();
-            let passed = if passed.is_empty() { String::from("none") } else { passed.join(", ") };
-            text += &format!("  {} {row}: {} {passed}\n", self.surface.rows, self.surface.columns);
-        }
-        text
-    }
-}
-
 fn result_json(name: &str, result: &SceneResult) -> Value {
     json!({ "name": name, "result": result, "success_wilson_95": result.success.wilson_95() })
 }
 
-fn document(
-    what: What,
-    args: &SceneArgs,
-    questions: &[Question],
-    columns: &[Column],
-    surfaces: &[Measured],
-    files: &[String],
-) -> Value {
+fn document(what: What, args: &SceneArgs, answers: &Answers, files: &[String]) -> Value {
     let column = |column: &Column| {
-        let answers = questions.iter().zip(&column.results);
+        let answers = answers.questions.iter().zip(&column.results);
         json!({
-            "controller": column.contender,
+            "controller": column.entrant.name(),
             "scenes": answers.map(|(question, result)| result_json(&question.name, result)).collect::<Vec<_>>(),
-        })
-    };
-    let surface = |measured: &Measured| {
-        let cells = measured.surface.cells.iter().zip(&measured.results);
-        json!({
-            "name": measured.surface.name,
-            "rows": { "what": measured.surface.rows, "names": measured.surface.row_names },
-            "columns": { "what": measured.surface.columns, "names": measured.surface.column_names },
-            "cells": cells.map(|(cell, result)| result_json(&cell.name, result)).collect::<Vec<_>>(),
+            "limits": column.limits,
         })
     };
     json!({
@@ -458,9 +396,10 @@ fn document(
         "runs": args.runs,
         "noise": args.noise,
         "dropout": args.dropout,
+        "task_jitter_ms": args.task_jitter,
         "scalar": args.scalar.to_possible_value().map(|value| value.get_name().to_owned()),
-        "controllers": columns.iter().map(column).collect::<Vec<_>>(),
-        "surfaces": surfaces.iter().map(surface).collect::<Vec<_>>(),
+        "controllers": answers.columns.iter().map(column).collect::<Vec<_>>(),
+        "surfaces": answers.surfaces.iter().map(Measured::document).collect::<Vec<_>>(),
         "files": files,
     })
 }
