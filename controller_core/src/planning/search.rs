@@ -169,6 +169,9 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
     }
 }
 
+/// Nodes that a node has no straight clear way to.
+type Blocked = heapless::Vec<u16, 8>;
+
 /// Length of a way; infinite when there is none.
 fn length(bends: &Bends) -> f32 {
     if bends.is_empty() {
@@ -260,27 +263,39 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
                 }
             }
             if cell == problem.start.cell {
-                let (cost, parent) = self.try_parent(problem, START, node, self.found.0);
-                if cost < self.found.0 {
-                    self.found = (cost, parent);
-                }
+                let mut found = self.found;
+                self.try_straight(problem, START, node, &mut found, &mut Blocked::new());
+                self.try_join(problem, START, node, &mut found);
+                self.found = found;
             }
         }
     }
 
     /// The best of the settled neighbours of `node` as its next node, with the true cost.
+    ///
+    /// First over the straight ways, which cost a swept test each, then over the ways through a cell, which cost dozens:
+    /// few of those are still below what the first found.
     fn best_parent<W: Workspace, const CELLS: usize>(
         &self,
         problem: &Problem<'_, W, CELLS, PASSAGES>,
         node: u16,
     ) -> (f32, u16) {
         let mut best = (f32::INFINITY, NONE);
-        let mut consider = |candidate: u16| {
-            let (cost, parent) = self.try_parent(problem, node, candidate, best.0);
-            if cost < best.0 {
-                best = (cost, parent);
-            }
-        };
+        let mut blocked = Blocked::new();
+        self.for_each_settled(problem, node, |candidate| {
+            self.try_straight(problem, node, candidate, &mut best, &mut blocked);
+        });
+        self.for_each_settled(problem, node, |candidate| self.try_join(problem, node, candidate, &mut best));
+        best
+    }
+
+    /// Calls `consider` with each settled neighbour of `node`.
+    fn for_each_settled<W: Workspace, const CELLS: usize>(
+        &self,
+        problem: &Problem<'_, W, CELLS, PASSAGES>,
+        node: u16,
+        mut consider: impl FnMut(u16),
+    ) {
         // The one that offered the lowest bound first: it is the likeliest, and a low cost spares the swept tests.
         consider(self.node(node).parent);
         for cell in problem.cells(node).into_iter().filter(|&cell| cell != NONE) {
@@ -293,30 +308,46 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
                 }
             }
         }
-        best
     }
 
-    /// Cost of `node` by way of `candidate`, a settled node of one of its cells, or straight to that one's own next
-    /// node. Infinite when it cannot be below `limit`.
-    fn try_parent<W: Workspace, const CELLS: usize>(
+    /// Takes the way from `node` straight to the next node of `candidate`, a settled node of one of its cells, if that
+    /// is better and clear.
+    fn try_straight<W: Workspace, const CELLS: usize>(
         &self,
         problem: &Problem<'_, W, CELLS, PASSAGES>,
         node: u16,
         candidate: u16,
-        limit: f32,
-    ) -> (f32, u16) {
+        best: &mut (f32, u16),
+        blocked: &mut Blocked,
+    ) {
         let grandparent = self.parent(candidate);
         let straight = self.cost(grandparent) + distance(problem, grandparent, node);
-        if straight >= limit {
-            return (f32::INFINITY, NONE);
+        if straight >= best.0 || blocked.contains(&grandparent) {
+            return;
         }
         if problem.clearance.is_clear(problem.spot(node), problem.spot(grandparent)) {
-            return (straight, grandparent);
+            *best = (straight, grandparent);
+        } else {
+            // Neighbours mostly share their next node. Beyond the room of the list it is tested again.
+            let _ = blocked.push(grandparent);
         }
-        if self.cost(candidate) + distance(problem, candidate, node) >= limit {
-            return (f32::INFINITY, NONE);
+    }
+
+    /// Takes the way from `node` to `candidate` through their cell, if that is better.
+    fn try_join<W: Workspace, const CELLS: usize>(
+        &self,
+        problem: &Problem<'_, W, CELLS, PASSAGES>,
+        node: u16,
+        candidate: u16,
+        best: &mut (f32, u16),
+    ) {
+        if self.cost(candidate) + distance(problem, candidate, node) >= best.0 {
+            return;
         }
-        (self.cost(candidate) + length(&problem.join(node, candidate)), candidate)
+        let cost = self.cost(candidate) + length(&problem.join(node, candidate));
+        if cost < best.0 {
+            *best = (cost, candidate);
+        }
     }
 
     /// The next node of a node; the goal's is itself.
