@@ -76,7 +76,10 @@ fn measure(kind: Kind, clock: &Clock) -> Most {
 fn main() {
     let clock = Clock(Instant::now());
     println!("most of {SEEDS} maps of {SIDE} x {SIDE} cells with {PAIRS} pairs of places each");
-    println!("{:28} {:>6} {:>12} {:>9} {:>7} {:>7}", "map", "plans", "one plan ms", "route ms", "cells", "of free");
+    println!(
+        "{:28} {:>6} {:>12} {:>9} {:>7} {:>7}",
+        "map", "plans", "one plan ms", "route ms", "cells", "of free"
+    );
     for kind in Kind::ALL {
         let most = measure(kind, &clock);
         println!(

@@ -27,6 +27,9 @@ const STENCIL: usize = 52;
 /// of 4096 cells). On a 10 mm raster this is 10 µm.
 const TOLERANCE: f32 = 4e-3;
 
+/// Halvings of the way that a bend is moved: to a sixteenth of it.
+const BISECTIONS: u8 = 4;
+
 /// A point in quarter-cells from the lower left corner of the raster.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Spot {
@@ -209,8 +212,11 @@ impl<'a, W: Workspace> Clearance<'a, W> {
     /// The bend `b` between `a` and `c`, moved towards the line between them as far as the way stays clear.
     pub fn tightened(&self, a: Spot, b: Spot, c: Spot) -> Spot {
         let target = nearest_on(a, c, b);
+        if self.is_clear(a, target) && self.is_clear(target, c) {
+            return target;
+        }
         let (mut clear, mut blocked) = (0.0, 1.0);
-        for _ in 0..6 {
+        for _ in 0..BISECTIONS {
             let middle = 0.5 * (clear + blocked);
             let moved = b.towards(target, middle);
             if self.is_clear(a, moved) && self.is_clear(moved, c) {

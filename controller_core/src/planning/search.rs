@@ -7,7 +7,7 @@
 //!
 //! It runs from the goal to the start, so that the way can be read off in driving order.
 
-use super::cell_decomposition::{Decomposition, NONE};
+use super::cell_decomposition::{Decomposition, NONE, Passage};
 use super::clearance::{Clearance, Spot};
 use super::workspace::Workspace;
 
@@ -49,7 +49,7 @@ struct Node {
 const NEW: Node = Node { cost: f32::INFINITY, parent: NONE, position: UNSEEN, tested: false };
 
 /// How often the bends of a way through a cell are tightened before it is measured.
-const TIGHTENINGS: u8 = 3;
+const TIGHTENINGS: u8 = 1;
 
 /// Scratch of the search.
 pub(super) struct Search<const PASSAGES: usize> {
@@ -91,6 +91,14 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
                 self.map.passage(node / 2).map_or(self.goal.anchor, |p| p.entry(usize::from(node % 2), cell))
             }
         }
+    }
+
+    /// The nodes of a cell: both ends of its passages, or the only one.
+    fn ends_of(&self, cell: u16) -> impl Iterator<Item = u16> + '_ {
+        self.map.passages_of(cell).flat_map(|passage| {
+            let ends = if self.map.passage(passage).is_some_and(Passage::is_point) { 1 } else { 2 };
+            (0..ends).map(move |end| 2 * passage + end)
+        })
     }
 
     /// The one or two cells that a node belongs to.
@@ -138,7 +146,7 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
             return None;
         }
         let (mut clear, mut blocked) = (0.0, 1.0);
-        for _ in 0..6 {
+        for _ in 0..4 {
             let middle = 0.5 * (clear + blocked);
             if self.clearance.is_clear(eye, near.towards(far, middle)) {
                 clear = middle;
@@ -249,7 +257,7 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
         }
         let grandparent = self.parent(node);
         for cell in problem.cells(node).into_iter().filter(|&cell| cell != NONE) {
-            for other in problem.map.passages_of(cell).flat_map(|passage| [2 * passage, 2 * passage + 1]) {
+            for other in problem.ends_of(cell) {
                 let entry = self.node(other);
                 if entry.position == SETTLED {
                     continue;
@@ -302,7 +310,7 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
             if cell == problem.goal.cell {
                 consider(GOAL);
             }
-            for other in problem.map.passages_of(cell).flat_map(|passage| [2 * passage, 2 * passage + 1]) {
+            for other in problem.ends_of(cell) {
                 if other != node && self.node(other).position == SETTLED {
                     consider(other);
                 }
