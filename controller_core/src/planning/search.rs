@@ -8,7 +8,7 @@
 //! It runs from the goal to the start, so that the way can be read off in driving order.
 
 use super::cell_decomposition::{Decomposition, NONE, Passage};
-use super::clearance::{Clearance, Spot};
+use super::clearance::{Clearance, Effort, Spot};
 use super::workspace::Workspace;
 
 /// The node of the goal; nodes below are `2 · passage + end`.
@@ -47,9 +47,6 @@ struct Node {
 }
 
 const NEW: Node = Node { cost: f32::INFINITY, parent: NONE, position: UNSEEN, tested: false };
-
-/// How often the bends of a way through a cell are tightened before it is measured.
-const TIGHTENINGS: u8 = 1;
 
 /// Scratch of the search.
 pub(super) struct Search<const PASSAGES: usize> {
@@ -111,16 +108,16 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
     }
 
     /// The way between two nodes of one cell: straight, or along the cell's core.
-    fn join_in(&self, cell: u16, from: u16, to: u16) -> Bends {
+    fn join_in(&self, cell: u16, from: u16, to: u16, effort: Effort) -> Bends {
         let mut bends = Bends::new();
         let (a, b) = (self.spot(from), self.spot(to));
         let (a_entry, b_entry) = (self.entry(from, cell), self.entry(to, cell));
         let Some(cell) = self.map.cells.get(usize::from(cell)) else { return bends };
         let (mut a_core, mut b_core) = (cell.core(a_entry), cell.core(b_entry));
         // Along the core no further than needed: leave it, and reach it, where the straight line is clear.
-        let a_far = self.furthest(a, a_core, b_core);
+        let a_far = self.furthest(a, a_core, b_core, effort);
         a_core = a_far.unwrap_or(a_core);
-        let b_far = self.furthest(b, b_core, a_core);
+        let b_far = self.furthest(b, b_core, a_core, effort);
         b_core = b_far.unwrap_or(b_core);
         let from_a = [a, a_entry];
         let from_b = [b_entry, b];
@@ -133,12 +130,12 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
             }
         }
         // The core may be far off the shortest way; the search needs an honest length to choose a side by.
-        self.clearance.tighten(&mut bends, TIGHTENINGS);
+        self.clearance.tighten(&mut bends, effort);
         bends
     }
 
     /// The furthest point on the way from `near` to `far` that is found to be in straight reach of `eye`.
-    fn furthest(&self, eye: Spot, near: Spot, far: Spot) -> Option<Spot> {
+    fn furthest(&self, eye: Spot, near: Spot, far: Spot, effort: Effort) -> Option<Spot> {
         if self.clearance.is_clear(eye, far) {
             return Some(far);
         }
@@ -146,7 +143,7 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
             return None;
         }
         let (mut clear, mut blocked) = (0.0, 1.0);
-        for _ in 0..4 {
+        for _ in 0..effort.halvings {
             let middle = 0.5 * (clear + blocked);
             if self.clearance.is_clear(eye, near.towards(far, middle)) {
                 clear = middle;
@@ -158,7 +155,7 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
     }
 
     /// The way between two nodes: straight where clear, else through a cell they share. Empty when they share none.
-    fn join(&self, from: u16, to: u16) -> Bends {
+    fn join(&self, from: u16, to: u16, effort: Effort) -> Bends {
         let (a, b) = (self.spot(from), self.spot(to));
         if self.clearance.is_clear(a, b) {
             return Bends::from_iter([a, b]);
@@ -167,7 +164,7 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
         let theirs = self.cells(to);
         for cell in self.cells(from) {
             if cell != NONE && theirs.contains(&cell) {
-                let bends = self.join_in(cell, from, to);
+                let bends = self.join_in(cell, from, to, effort);
                 if best.is_empty() || length(&bends) < length(&best) {
                     best = bends;
                 }
@@ -235,7 +232,7 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
     ) -> Result<(), E> {
         let (mut from, mut to) = (START, self.found.1);
         for _ in 0..2 * PASSAGES + 2 {
-            for &spot in problem.join(from, to).iter().skip(1) {
+            for &spot in problem.join(from, to, Effort::FINE).iter().skip(1) {
                 visit(spot)?;
             }
             if to == GOAL {
@@ -352,7 +349,7 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
         if self.cost(candidate) + distance(problem, candidate, node) >= best.0 {
             return;
         }
-        let cost = self.cost(candidate) + length(&problem.join(node, candidate));
+        let cost = self.cost(candidate) + length(&problem.join(node, candidate, Effort::COARSE));
         if cost < best.0 {
             *best = (cost, candidate);
         }
