@@ -104,7 +104,7 @@ type SmallPlanner = Planner<1024, 4096>;
 type LargePlanner = Planner<16_384, 32_000>;
 
 /// Most checkpoints of a long route, which goes to the controller in parts.
-const LONG_ROUTE: usize = 512;
+const LONG_ROUTE: usize = 2048;
 
 /// Plans a route of any length on a map of any size; what it is too large for is a [`PlanError`].
 ///

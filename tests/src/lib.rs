@@ -12,6 +12,8 @@ pub mod fields;
 
 pub mod statistics;
 
+pub mod maps;
+
 pub mod missions;
 
 pub mod wire;

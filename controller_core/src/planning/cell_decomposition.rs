@@ -52,6 +52,11 @@ pub(super) struct Passage {
 }
 
 impl Passage {
+    /// Both ends are the same.
+    pub fn is_point(&self) -> bool {
+        self.low == self.high
+    }
+
     /// Lower (0) or upper end.
     pub fn end(&self, end: usize) -> Spot {
         self.at(end, self.column)

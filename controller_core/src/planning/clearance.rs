@@ -27,6 +27,22 @@ const STENCIL: usize = 52;
 /// of 4096 cells). On a 10 mm raster this is 10 µm.
 const TOLERANCE: f32 = 4e-3;
 
+/// How precisely bends are placed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    /// Halvings of the way that a bend can be moved.
+    pub halvings: u8,
+    /// How often all bends of a way through a cell are tightened.
+    pub tightenings: u8,
+}
+
+impl Effort {
+    /// For the way that is driven.
+    pub const FINE: Self = Self { halvings: 6, tightenings: 3 };
+    /// For the many that are compared: a way through a cell costs dozens of swept tests.
+    pub const COARSE: Self = Self { halvings: 4, tightenings: 1 };
+}
+
 /// A point in quarter-cells from the lower left corner of the raster.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Spot {
@@ -52,14 +68,14 @@ impl Spot {
     }
 }
 
-/// The next whole number at or below; saturates, and NaN gives 0.
+/// The next whole number at or below; saturates, and NaN gives 0. Asked so often that libm's would be a fifth of a plan.
 pub(super) fn floor(value: f32) -> i32 {
     #[expect(
         clippy::cast_possible_truncation,
         reason = "float to integer `as` saturates, which is what we want"
     )]
-    let whole = libm::floorf(value) as i32;
-    whole
+    let whole = value as i32;
+    if f32::from_i32(whole) > value { whole.saturating_sub(1) } else { whole }
 }
 
 /// The raster seen by a disc.
@@ -207,10 +223,10 @@ impl<'a, W: Workspace> Clearance<'a, W> {
     }
 
     /// The bend `b` between `a` and `c`, moved towards the line between them as far as the way stays clear.
-    pub fn tightened(&self, a: Spot, b: Spot, c: Spot) -> Spot {
+    pub fn tightened(&self, a: Spot, b: Spot, c: Spot, effort: Effort) -> Spot {
         let target = nearest_on(a, c, b);
         let (mut clear, mut blocked) = (0.0, 1.0);
-        for _ in 0..6 {
+        for _ in 0..effort.halvings {
             let middle = 0.5 * (clear + blocked);
             let moved = b.towards(target, middle);
             if self.is_clear(a, moved) && self.is_clear(moved, c) {
@@ -222,12 +238,12 @@ impl<'a, W: Workspace> Clearance<'a, W> {
         b.towards(target, clear)
     }
 
-    /// Tightens all bends of a way in turn, `times` over; its ends stay.
-    pub fn tighten(&self, way: &mut [Spot], times: u8) {
-        for _ in 0..times {
+    /// Tightens all bends of a way in turn; its ends stay.
+    pub fn tighten(&self, way: &mut [Spot], effort: Effort) {
+        for _ in 0..effort.tightenings {
             for index in 2..way.len() {
                 if let Some([a, b, c]) = way.get_mut(index - 2..=index) {
-                    *b = self.tightened(*a, *b, *c);
+                    *b = self.tightened(*a, *b, *c, effort);
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! From a way through the passages to checkpoints: pull it taut, round its corners, move it to the middle of doors.
 
-use super::clearance::{Clearance, Spot};
+use super::clearance::{Clearance, Effort, Spot};
 use super::workspace::Workspace;
 
 /// A gap up to this many disc diameters wide is a doorway, and gets a checkpoint in its middle.
@@ -112,8 +112,8 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
     fn tighten(&mut self) {
         for _ in 0..4 {
             for index in 0..self.bends.len().saturating_sub(1) {
-                let spot =
-                    self.clearance.tightened(self.before(index), self.spot(index), self.spot(index + 1));
+                let (a, b, c) = (self.before(index), self.spot(index), self.spot(index + 1));
+                let spot = self.clearance.tightened(a, b, c, Effort::FINE);
                 if let Some(bend) = self.bends.get_mut(index) {
                     bend.spot = spot;
                 }

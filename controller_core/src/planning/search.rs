@@ -7,8 +7,8 @@
 //!
 //! It runs from the goal to the start, so that the way can be read off in driving order.
 
-use super::cell_decomposition::{Decomposition, NONE};
-use super::clearance::{Clearance, Spot};
+use super::cell_decomposition::{Decomposition, NONE, Passage};
+use super::clearance::{Clearance, Effort, Spot};
 use super::workspace::Workspace;
 
 /// The node of the goal; nodes below are `2 · passage + end`.
@@ -47,9 +47,6 @@ struct Node {
 }
 
 const NEW: Node = Node { cost: f32::INFINITY, parent: NONE, position: UNSEEN, tested: false };
-
-/// How often the bends of a way through a cell are tightened before it is measured.
-const TIGHTENINGS: u8 = 3;
 
 /// Scratch of the search.
 pub(super) struct Search<const PASSAGES: usize> {
@@ -93,6 +90,14 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
         }
     }
 
+    /// The nodes of a cell: both ends of its passages, or the only one.
+    fn ends_of(&self, cell: u16) -> impl Iterator<Item = u16> + '_ {
+        self.map.passages_of(cell).flat_map(|passage| {
+            let ends = if self.map.passage(passage).is_some_and(Passage::is_point) { 1 } else { 2 };
+            (0..ends).map(move |end| 2 * passage + end)
+        })
+    }
+
     /// The one or two cells that a node belongs to.
     fn cells(&self, node: u16) -> [u16; 2] {
         match node {
@@ -103,16 +108,16 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
     }
 
     /// The way between two nodes of one cell: straight, or along the cell's core.
-    fn join_in(&self, cell: u16, from: u16, to: u16) -> Bends {
+    fn join_in(&self, cell: u16, from: u16, to: u16, effort: Effort) -> Bends {
         let mut bends = Bends::new();
         let (a, b) = (self.spot(from), self.spot(to));
         let (a_entry, b_entry) = (self.entry(from, cell), self.entry(to, cell));
         let Some(cell) = self.map.cells.get(usize::from(cell)) else { return bends };
         let (mut a_core, mut b_core) = (cell.core(a_entry), cell.core(b_entry));
         // Along the core no further than needed: leave it, and reach it, where the straight line is clear.
-        let a_far = self.furthest(a, a_core, b_core);
+        let a_far = self.furthest(a, a_core, b_core, effort);
         a_core = a_far.unwrap_or(a_core);
-        let b_far = self.furthest(b, b_core, a_core);
+        let b_far = self.furthest(b, b_core, a_core, effort);
         b_core = b_far.unwrap_or(b_core);
         let from_a = [a, a_entry];
         let from_b = [b_entry, b];
@@ -125,12 +130,12 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
             }
         }
         // The core may be far off the shortest way; the search needs an honest length to choose a side by.
-        self.clearance.tighten(&mut bends, TIGHTENINGS);
+        self.clearance.tighten(&mut bends, effort);
         bends
     }
 
     /// The furthest point on the way from `near` to `far` that is found to be in straight reach of `eye`.
-    fn furthest(&self, eye: Spot, near: Spot, far: Spot) -> Option<Spot> {
+    fn furthest(&self, eye: Spot, near: Spot, far: Spot, effort: Effort) -> Option<Spot> {
         if self.clearance.is_clear(eye, far) {
             return Some(far);
         }
@@ -138,7 +143,7 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
             return None;
         }
         let (mut clear, mut blocked) = (0.0, 1.0);
-        for _ in 0..6 {
+        for _ in 0..effort.halvings {
             let middle = 0.5 * (clear + blocked);
             if self.clearance.is_clear(eye, near.towards(far, middle)) {
                 clear = middle;
@@ -150,7 +155,7 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
     }
 
     /// The way between two nodes: straight where clear, else through a cell they share. Empty when they share none.
-    fn join(&self, from: u16, to: u16) -> Bends {
+    fn join(&self, from: u16, to: u16, effort: Effort) -> Bends {
         let (a, b) = (self.spot(from), self.spot(to));
         if self.clearance.is_clear(a, b) {
             return Bends::from_iter([a, b]);
@@ -159,7 +164,7 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
         let theirs = self.cells(to);
         for cell in self.cells(from) {
             if cell != NONE && theirs.contains(&cell) {
-                let bends = self.join_in(cell, from, to);
+                let bends = self.join_in(cell, from, to, effort);
                 if best.is_empty() || length(&bends) < length(&best) {
                     best = bends;
                 }
@@ -168,6 +173,9 @@ impl<W: Workspace, const CELLS: usize, const PASSAGES: usize> Problem<'_, W, CEL
         best
     }
 }
+
+/// Nodes that a node has no straight clear way to.
+type Blocked = heapless::Vec<u16, 8>;
 
 /// Length of a way; infinite when there is none.
 fn length(bends: &Bends) -> f32 {
@@ -224,7 +232,7 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
     ) -> Result<(), E> {
         let (mut from, mut to) = (START, self.found.1);
         for _ in 0..2 * PASSAGES + 2 {
-            for &spot in problem.join(from, to).iter().skip(1) {
+            for &spot in problem.join(from, to, Effort::FINE).iter().skip(1) {
                 visit(spot)?;
             }
             if to == GOAL {
@@ -246,7 +254,7 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
         }
         let grandparent = self.parent(node);
         for cell in problem.cells(node).into_iter().filter(|&cell| cell != NONE) {
-            for other in problem.map.passages_of(cell).flat_map(|passage| [2 * passage, 2 * passage + 1]) {
+            for other in problem.ends_of(cell) {
                 let entry = self.node(other);
                 if entry.position == SETTLED {
                     continue;
@@ -260,63 +268,91 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
                 }
             }
             if cell == problem.start.cell {
-                let (cost, parent) = self.try_parent(problem, START, node, self.found.0);
-                if cost < self.found.0 {
-                    self.found = (cost, parent);
-                }
+                let mut found = self.found;
+                self.try_straight(problem, START, node, &mut found, &mut Blocked::new());
+                self.try_join(problem, START, node, &mut found);
+                self.found = found;
             }
         }
     }
 
     /// The best of the settled neighbours of `node` as its next node, with the true cost.
+    ///
+    /// First over the straight ways, which cost a swept test each, then over the ways through a cell, which cost dozens:
+    /// few of those are still below what the first found.
     fn best_parent<W: Workspace, const CELLS: usize>(
         &self,
         problem: &Problem<'_, W, CELLS, PASSAGES>,
         node: u16,
     ) -> (f32, u16) {
         let mut best = (f32::INFINITY, NONE);
-        let mut consider = |candidate: u16| {
-            let (cost, parent) = self.try_parent(problem, node, candidate, best.0);
-            if cost < best.0 {
-                best = (cost, parent);
-            }
-        };
+        let mut blocked = Blocked::new();
+        self.for_each_settled(problem, node, |candidate| {
+            self.try_straight(problem, node, candidate, &mut best, &mut blocked);
+        });
+        self.for_each_settled(problem, node, |candidate| self.try_join(problem, node, candidate, &mut best));
+        best
+    }
+
+    /// Calls `consider` with each settled neighbour of `node`.
+    fn for_each_settled<W: Workspace, const CELLS: usize>(
+        &self,
+        problem: &Problem<'_, W, CELLS, PASSAGES>,
+        node: u16,
+        mut consider: impl FnMut(u16),
+    ) {
         // The one that offered the lowest bound first: it is the likeliest, and a low cost spares the swept tests.
         consider(self.node(node).parent);
         for cell in problem.cells(node).into_iter().filter(|&cell| cell != NONE) {
             if cell == problem.goal.cell {
                 consider(GOAL);
             }
-            for other in problem.map.passages_of(cell).flat_map(|passage| [2 * passage, 2 * passage + 1]) {
+            for other in problem.ends_of(cell) {
                 if other != node && self.node(other).position == SETTLED {
                     consider(other);
                 }
             }
         }
-        best
     }
 
-    /// Cost of `node` by way of `candidate`, a settled node of one of its cells, or straight to that one's own next
-    /// node. Infinite when it cannot be below `limit`.
-    fn try_parent<W: Workspace, const CELLS: usize>(
+    /// Takes the way from `node` straight to the next node of `candidate`, a settled node of one of its cells, if that
+    /// is better and clear.
+    fn try_straight<W: Workspace, const CELLS: usize>(
         &self,
         problem: &Problem<'_, W, CELLS, PASSAGES>,
         node: u16,
         candidate: u16,
-        limit: f32,
-    ) -> (f32, u16) {
+        best: &mut (f32, u16),
+        blocked: &mut Blocked,
+    ) {
         let grandparent = self.parent(candidate);
         let straight = self.cost(grandparent) + distance(problem, grandparent, node);
-        if straight >= limit {
-            return (f32::INFINITY, NONE);
+        if straight >= best.0 || blocked.contains(&grandparent) {
+            return;
         }
         if problem.clearance.is_clear(problem.spot(node), problem.spot(grandparent)) {
-            return (straight, grandparent);
+            *best = (straight, grandparent);
+        } else {
+            // Neighbours mostly share their next node. Beyond the room of the list it is tested again.
+            let _ = blocked.push(grandparent);
         }
-        if self.cost(candidate) + distance(problem, candidate, node) >= limit {
-            return (f32::INFINITY, NONE);
+    }
+
+    /// Takes the way from `node` to `candidate` through their cell, if that is better.
+    fn try_join<W: Workspace, const CELLS: usize>(
+        &self,
+        problem: &Problem<'_, W, CELLS, PASSAGES>,
+        node: u16,
+        candidate: u16,
+        best: &mut (f32, u16),
+    ) {
+        if self.cost(candidate) + distance(problem, candidate, node) >= best.0 {
+            return;
         }
-        (self.cost(candidate) + length(&problem.join(node, candidate)), candidate)
+        let cost = self.cost(candidate) + length(&problem.join(node, candidate, Effort::COARSE));
+        if cost < best.0 {
+            *best = (cost, candidate);
+        }
     }
 
     /// The next node of a node; the goal's is itself.
