@@ -235,7 +235,7 @@ pub struct CooperativeConfig {
     pub sweep_strength: f32,
     /// Swept path: share of a step that is checked.
     pub sweep_look_ahead: f32,
-    /// Further clearance wished, per length of the step.
+    /// Further clearance wished beyond `sweep_margin_m`, per length of the step (m/m).
     pub sweep_headway: f32,
     /// Obstacle memory: how long a point stays; 0 switches it off.
     pub memory_ms: u16,
@@ -253,7 +253,7 @@ pub struct CooperativeConfig {
     pub detour_free_m: f32,
     /// Detour: time after which the other side is tried, doubled each time.
     pub detour_side_ms: u16,
-    /// Clear.
+    /// The way along a wall must be free for so far, or it is turned away from the wall (m); 0: it need not.
     pub detour_clear_m: f32,
     /// Opening: clearance on either side of the body that makes a way through, and that is kept on it.
     pub opening_margin_m: f32,
@@ -880,6 +880,7 @@ impl Config {
             free_m: S::from_f32(c.detour_free_m),
             side_ms: c.detour_side_ms,
             clear_m: S::from_f32(c.detour_clear_m),
+            half_width_m: S::from_f32(self.robot.body_radius_m + c.opening_margin_m),
         }
     }
 

@@ -263,21 +263,9 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
                         others.leave_out(latched.pose, latched.now, &mut detections);
                     }
                     let period = p.reflex.schedule.target_period_ms;
-                    let place = self.detour.direct(&p.detour, latched.pose, target, &detections, period);
                     let points = &self.standing.points;
-                    let place = match self.detour.side() {
-                        Some(side) if p.detour.clear_m > S::ZERO => Polar {
-                            bearing_rad: crate::localisation::opening::turned_free(
-                                &p.opening,
-                                p.detour.clear_m,
-                                place.bearing_rad,
-                                side,
-                                points,
-                            ),
-                            ..place
-                        },
-                        _ => place,
-                    };
+                    let place =
+                        self.detour.direct(&p.detour, latched.pose, target, &detections, points, period);
                     let way = self.opening.direct(
                         &p.opening,
                         place,

@@ -280,10 +280,14 @@ impl<S: Scalar> Moment<'_, S> {
             checkpoint: latched.target.map(metres),
             target: latched.target.map(|at| Place::of(pose.see(at))),
             field: None,
-            detour: deliberation.detour().following().map(|(side, place)| (side, latched.pose.see(place))).map(|(side, place)| Wall {
-                side: if side > S::ZERO { "right" } else { "left" },
-                place: Place::of(place),
-            }),
+            detour: deliberation
+                .detour()
+                .following()
+                .map(|(side, place)| (side, latched.pose.see(place)))
+                .map(|(side, place)| Wall {
+                    side: if side > S::ZERO { "right" } else { "left" },
+                    place: Place::of(place),
+                }),
             detections: self
                 .sensed()
                 .map(|(sensor, place)| Detection { sensor, place: Place::of(place), inhibits_winner: None })

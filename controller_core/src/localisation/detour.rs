@@ -8,6 +8,7 @@
 //! of the Bug algorithms: Lumelsky and Stepanov 1987; Kamon and Rivlin 1997). A side that leads nowhere is given up for
 //! the other, each time after twice as long.
 
+use crate::localisation::corridor::turned_free;
 use crate::scalar::Scalar;
 use crate::units::{Point, Polar, Pose, angle_between, wrap};
 
@@ -28,8 +29,10 @@ pub struct DetourParameters<S> {
     pub free_m: S,
     /// Time after which the other side is tried, the first time (ms).
     pub side_ms: u16,
-    /// clear
+    /// The way along the wall must be free for so far (m), or it is turned away from the wall until it is; 0: it need not.
     pub clear_m: S,
+    /// Half the width that must be free (m).
+    pub half_width_m: S,
 }
 
 /// A detour under way.
@@ -61,13 +64,15 @@ impl<S: Scalar> Detour<S> {
     pub const NONE: Self = Self { nearest_m: None, stuck_ms: 0, following: None };
 
     /// Takes note of where the target is, `elapsed_ms` after the last time, and says where to go: the target itself, or
-    /// a place along the wall.
+    /// a place along the wall. `detections` and `points` are what is seen now in the robot frame, the same in polar
+    /// coordinates but for what is not to be followed.
     pub fn direct(
         &mut self,
         p: &DetourParameters<S>,
         pose: Pose<S>,
         target: Polar<S>,
         detections: &[Polar<S>],
+        points: &[Point<S>],
         elapsed_ms: u16,
     ) -> Polar<S> {
         if p.patience_ms == 0 {
@@ -88,7 +93,7 @@ impl<S: Scalar> Detour<S> {
                 self.following = None;
                 return target;
             }
-            return following.along(p, pose, target, detections, elapsed_ms);
+            return following.along(p, pose, target, detections, points, elapsed_ms);
         }
         // What can be seen can be driven to: a robot that is fine-positioning at a checkpoint needs no detour.
         if self.stuck_ms < p.patience_ms || is_free(p, target, detections) {
@@ -100,7 +105,7 @@ impl<S: Scalar> Detour<S> {
         let side = if turn < S::ZERO { -S::ONE } else { S::ONE };
         let wall = pose.to_world_frame(wall.to_point(), pose.heading_rad.sin_cos());
         let mut following = Following { side, wall, elapsed_ms: 0, give_up_ms: u32::from(p.side_ms) };
-        let place = following.along(p, pose, target, detections, 0);
+        let place = following.along(p, pose, target, detections, points, 0);
         self.following = Some(following);
         place
     }
@@ -151,6 +156,7 @@ impl<S: Scalar> Following<S> {
         pose: Pose<S>,
         target: Polar<S>,
         detections: &[Polar<S>],
+        points: &[Point<S>],
         elapsed_ms: u16,
     ) -> Polar<S> {
         self.elapsed_ms = self.elapsed_ms.saturating_add(u32::from(elapsed_ms));
@@ -165,9 +171,11 @@ impl<S: Scalar> Following<S> {
         let wall = pose.see(self.wall);
         let farther = ((wall.distance_m - p.follow_m) * p.per_follow).clamp(-S::ONE, S::ONE);
         let quarter_turn = S::PI * S::HALF;
-        let bearing = wall.bearing_rad + self.side * (quarter_turn - farther * S::HALF);
+        let along = wrap(wall.bearing_rad + self.side * (quarter_turn - farther * S::HALF));
+        // Where two walls meet, each is nearest in turn and leads into the other.
+        let bearing = turned_free((p.half_width_m, p.clear_m), along, self.side, points);
         // As far as the target is, within reason: a far place is driven to at full speed.
-        Polar { bearing_rad: wrap(bearing), distance_m: target.distance_m.max(p.free_m + p.free_m) }
+        Polar { bearing_rad: bearing, distance_m: target.distance_m.max(p.free_m + p.free_m) }
     }
 }
 
@@ -175,7 +183,7 @@ impl<S: Scalar> Following<S> {
 mod tests {
     use super::{Detour, DetourParameters};
     use crate::scalar::{Fixed, Scalar};
-    use crate::units::Polar;
+    use crate::units::{Point, Polar, Pose};
 
     fn parameters<S: Scalar>() -> DetourParameters<S> {
         let s = S::from_f32;
@@ -187,7 +195,8 @@ mod tests {
             free_rad: s(0.4),
             free_m: s(0.12),
             side_ms: 4000,
-            clear_m: S::ZERO,
+            clear_m: s(0.045),
+            half_width_m: s(0.028),
         }
     }
 
@@ -201,9 +210,9 @@ mod tests {
         let ahead = polar(0.0, 0.5);
         let wall = [polar(-0.1, 0.05)];
         for _ in 0..5 {
-            assert_eq!(detour.direct(&p, Pose::default(), ahead, &wall, 200), ahead, "patient");
+            assert_eq!(detour.direct(&p, Pose::default(), ahead, &wall, &[], 200), ahead, "patient");
         }
-        let along = detour.direct(&p, Pose::default(), ahead, &wall, 200);
+        let along = detour.direct(&p, Pose::default(), ahead, &wall, &[], 200);
         assert_eq!(detour.side(), Some(S::ONE));
         assert!(
             (along.bearing_rad.to_f32() - (core::f32::consts::FRAC_PI_2 - 0.1)).abs() < 1e-3,
@@ -211,11 +220,11 @@ mod tests {
         );
         // Nearer than ever, but hidden: it goes on.
         let nearer = polar(-0.1, 0.3);
-        detour.direct(&p, Pose::default(), nearer, &wall, 200);
+        detour.direct(&p, Pose::default(), nearer, &wall, &[], 200);
         assert!(detour.side().is_some());
         // Nearer still, and free.
         let free = polar(1.5, 0.2);
-        assert_eq!(detour.direct(&p, Pose::default(), free, &wall, 200), free);
+        assert_eq!(detour.direct(&p, Pose::default(), free, &wall, &[], 200), free);
         assert_eq!(detour.side(), None);
     }
 
@@ -226,12 +235,38 @@ mod tests {
     }
 
     #[test]
+    fn a_wall_that_is_lost_stays_where_it_was() {
+        let p = DetourParameters { patience_ms: 1, ..parameters::<f32>() };
+        let mut detour = Detour::default();
+        let (target, wall) = (polar(0.0, 0.5), [polar(0.0, 0.05)]);
+        detour.direct(&p, Pose::default(), target, &wall, &[], 200);
+        let along = detour.direct(&p, Pose::default(), target, &wall, &[], 200);
+        // The robot turns towards it, and sees the wall no more: in the world the way is the same.
+        let turned = Pose { heading_rad: along.bearing_rad, ..Pose::default() };
+        let again = detour.direct(&p, turned, target, &[], &[], 200);
+        assert!(again.bearing_rad.abs() < 1e-5, "straight on: {again:?}");
+    }
+
+    #[test]
+    fn the_way_along_a_wall_keeps_out_of_corners() {
+        let p = DetourParameters { patience_ms: 1, ..parameters::<f32>() };
+        let mut detour = Detour::default();
+        let (target, wall) = (polar(0.0, 0.5), [polar(-0.1, 0.035)]);
+        // Along the wall, to the left, is another.
+        let corner = [wall[0].to_point(), Point::from_metres(0.0, 0.034), Point::from_metres(-0.02, 0.034)];
+        detour.direct(&p, Pose::default(), target, &wall, &corner, 200);
+        let along = detour.direct(&p, Pose::default(), target, &wall, &corner, 200);
+        assert!(along.bearing_rad.abs() > 2.3, "turned away from both: {along:?}");
+    }
+
+    #[test]
     fn a_side_that_leads_nowhere_is_given_up() {
         let p = parameters::<f32>();
         let mut detour = Detour::default();
         let (ahead, wall) = (polar(0.0, 0.5), [polar(-0.1, 0.05)]);
-        let sides: heapless::Vec<bool, 128> =
-            (0..80).map(|_| detour.direct(&p, Pose::default(), ahead, &wall, 200).bearing_rad > 0.1).collect();
+        let sides: heapless::Vec<bool, 128> = (0..80)
+            .map(|_| detour.direct(&p, Pose::default(), ahead, &wall, &[], 200).bearing_rad > 0.1)
+            .collect();
         let flips = sides.windows(2).filter(|pair| pair[0] != pair[1]).count();
         assert_eq!(flips, 3, "begins, then changes after 4 s and after 8 s more");
     }

@@ -7,6 +7,7 @@
 //! The place behind it becomes the target until the robot is through, and is measured anew, more squarely each time, on
 //! the way. Fields, neurons and motor control stay as they are; only the centre of the target field moves.
 
+use crate::localisation::corridor::{Corridor, DIRECTIONS};
 use crate::scalar::Scalar;
 use crate::units::{Point, Polar, Pose, angle_between, wrap};
 
@@ -47,59 +48,15 @@ pub struct Opening<S> {
     elapsed_ms: u16,
 }
 
-/// What flanks a straight way from the robot's centre.
-struct Corridor<S> {
-    /// Nearest point to the left and to the right of its middle line.
-    left_m: S,
-    right_m: S,
-    /// How far along the farther of them lies.
-    depth_m: S,
-}
-
-/// Directions around the robot that are tried.
-const DIRECTIONS: i32 = 36;
 /// On a detour openings are looked for so far towards the wall from the wanted direction, in the angle that is
 /// searched.
 const WALL_SIDE: f32 = 0.8;
 /// Beyond the jambs, in body radii, that an opening's far place lies.
 const BEYOND: f32 = 2.0;
 
-impl<S: Scalar> Corridor<S> {
-    // Once in flash, though asked from two places.
-    #[inline(never)]
-    fn along(length_m: S, bearing: S, points: &[Point<S>]) -> Self {
-        let (sin, cos) = bearing.sin_cos();
-        let mut corridor = Self { left_m: S::LIMIT, right_m: S::LIMIT, depth_m: S::ZERO };
-        let (mut left_at, mut right_at) = (S::ZERO, S::ZERO);
-        for point in points {
-            let along = point.x_m * cos + point.y_m * sin;
-            if along <= S::ZERO || along >= length_m {
-                continue;
-            }
-            let aside = point.y_m * cos - point.x_m * sin;
-            if aside >= S::ZERO && aside < corridor.left_m {
-                (corridor.left_m, left_at) = (aside, along);
-            }
-            if aside <= S::ZERO && -aside < corridor.right_m {
-                (corridor.right_m, right_at) = (-aside, along);
-            }
-        }
-        corridor.depth_m = left_at.max(right_at);
-        corridor
-    }
-
-    /// Room on the narrower side.
-    fn room_m(&self) -> S {
-        self.left_m.min(self.right_m)
-    }
-
-    fn is_free(&self, p: &OpeningParameters<S>) -> bool {
-        self.room_m() > p.half_width_m
-    }
-
-    fn is_opening(&self, p: &OpeningParameters<S>) -> bool {
-        self.is_free(p) && self.left_m.max(self.right_m) < p.flank_m
-    }
+/// Free for the body, with something close on both sides.
+fn is_opening<S: Scalar>(p: &OpeningParameters<S>, corridor: &Corridor<S>) -> bool {
+    corridor.is_free(p.half_width_m) && corridor.left_m.max(corridor.right_m) < p.flank_m
 }
 
 /// The opening with the most room within `aside` of a direction, as a place behind it.
@@ -114,26 +71,12 @@ fn find<S: Scalar>(p: &OpeningParameters<S>, wanted: S, aside: S, points: &[Poin
         }
         let corridor = Corridor::along(p.length_m, bearing, points);
         let room = corridor.room_m();
-        if corridor.is_opening(p) && best.is_none_or(|(most, _)| room > most) {
+        if is_opening(p, &corridor) && best.is_none_or(|(most, _)| room > most) {
             let distance_m = corridor.depth_m + p.half_width_m * S::from_f32(BEYOND);
             best = Some((room, Polar { bearing_rad: bearing, distance_m }));
         }
     }
     best.map(|(_, place)| place)
-}
-
-/// The first direction, from `bearing` towards `side`, that is free for the body.
-#[inline(never)]
-pub fn turned_free<S: Scalar>(p: &OpeningParameters<S>, length_m: S, bearing: S, side: S, points: &[Point<S>]) -> S {
-    let step = side * S::TAU / S::from_i32(DIRECTIONS);
-    let mut tried = bearing;
-    for _ in 0..DIRECTIONS / 2 {
-        if Corridor::along(length_m, tried, points).is_free(p) {
-            return tried;
-        }
-        tried = wrap(tried + step);
-    }
-    bearing
 }
 
 impl<S: Scalar> Opening<S> {
@@ -157,7 +100,7 @@ impl<S: Scalar> Opening<S> {
         }
         let Some(behind) = self.behind else {
             self.elapsed_ms = self.elapsed_ms.saturating_sub(elapsed_ms);
-            let is_open = Corridor::along(p.length_m, wanted.bearing_rad, points).is_free(p);
+            let is_open = Corridor::along(p.length_m, wanted.bearing_rad, points).is_free(p.half_width_m);
             if self.elapsed_ms > 0 || is_open || wanted.distance_m < p.length_m {
                 return straight;
             }
