@@ -862,8 +862,7 @@ impl Config {
         SweepParameters {
             body_radius_m: S::from_f32(self.robot.body_radius_m),
             margin_m: S::from_f32(c.sweep_margin_m),
-            per_margin: S::from_f32(1.0 / c.sweep_margin_m),
-            strength: S::from_f32(c.sweep_strength),
+            strength_per_m: S::from_f32(c.sweep_strength / c.sweep_margin_m),
             look_ahead: S::from_f32(c.sweep_look_ahead),
             headway: S::from_f32(c.sweep_headway),
         }

@@ -25,7 +25,7 @@ use crate::units::{EncoderCounts, Point, Pose, WheelDrive, WheelSpeeds};
 /// Checkpoints held at a time.
 pub const CHECKPOINTS: usize = 16;
 /// Obstacle points remembered at a time: those of the last scans, most of them merged.
-pub const MEMORY_POINTS: usize = 8;
+pub const MEMORY_POINTS: usize = 6;
 
 /// What the controller is to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

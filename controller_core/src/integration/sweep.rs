@@ -14,10 +14,8 @@ pub struct SweepParameters<S> {
     pub body_radius_m: S,
     /// Clearance wished beyond the body (m).
     pub margin_m: S,
-    /// 1 / margin (per m).
-    pub per_margin: S,
-    /// Inhibition for a lack of clearance as long as the margin; 0 switches the check off.
-    pub strength: S,
+    /// Inhibition per lack of clearance (per m); 0 switches the check off.
+    pub strength_per_m: S,
     /// Share of the step that is checked: the next command comes long before the step ends.
     pub look_ahead: S,
     /// Further clearance wished, per length of the step.
@@ -70,7 +68,7 @@ pub fn inhibition<'a, S: Scalar>(
         at = Point { x_m: at.x_m + length * cos, y_m: at.y_m + length * sin };
         heading += turn;
     }
-    worst * p.per_margin * p.strength
+    worst * p.strength_per_m
 }
 
 #[cfg(test)]
@@ -84,8 +82,7 @@ mod tests {
         let p = SweepParameters {
             body_radius_m: s(0.025),
             margin_m: s(0.01),
-            per_margin: s(100.0),
-            strength: s(3.0),
+            strength_per_m: s(300.0),
             look_ahead: S::ONE,
             headway: S::ZERO,
         };

@@ -42,7 +42,7 @@ impl<S: Scalar, const POINTS: usize> Ways<S, POINTS> {
     #[inline]
     #[must_use]
     pub fn inhibition(&self, p: &SweepParameters<S>, place: Polar<S>) -> S {
-        let checked = p.strength > S::ZERO && !self.points.is_empty();
+        let checked = p.strength_per_m > S::ZERO && !self.points.is_empty();
         if !checked {
             return S::ZERO;
         }
