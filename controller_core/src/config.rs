@@ -269,10 +269,6 @@ pub struct CooperativeConfig {
     pub opening_distance_sigma_m: f32,
     /// Opening: how long one is tried.
     pub opening_give_up_ms: u16,
-    /// The cruise share grows to this with the room around the robot.
-    pub open_cruise_share: f32,
-    /// And has grown so far where nothing is within this distance of the body.
-    pub open_room_m: f32,
 }
 
 /// Command fusion with Braitenberg avoidance (P1 Eq. 9, 10).
@@ -444,8 +440,6 @@ impl Default for CooperativeConfig {
             opening_turn_rad: 0.435,
             opening_distance_sigma_m: 0.039,
             opening_give_up_ms: 5100,
-            open_cruise_share: 0.0,
-            open_room_m: 0.08,
         }
     }
 }
@@ -843,9 +837,6 @@ impl Config {
                 bearing_steepness: steepness(c.target_bearing_sigma_rad),
                 distance_steepness: steepness(c.target_distance_sigma_m / reach_m),
                 far: positive(c.cruise_share),
-                open_far: S::from_f32(c.open_cruise_share),
-                per_room: S::from_f32(1.0 / c.open_room_m),
-                body_radius_m: S::from_f32(self.robot.body_radius_m),
             },
             obstacle: ObstacleFieldParameters {
                 bearing_steepness: steepness(c.obstacle_bearing_sigma_rad),

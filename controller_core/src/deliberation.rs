@@ -276,7 +276,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
                     );
                     let place = p.scaling.features(way.place);
                     let approach = Approach {
-                        far: p.neural.target.far_with(nearest(points)),
+                        far: p.neural.target.far,
                         turn_first: way.turn_first,
                         distance_steepness: if self.opening.is_passing() {
                             p.opening.distance_steepness

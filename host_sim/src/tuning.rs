@@ -16,13 +16,11 @@ use crate::sil::Indirect;
 use crate::sweep::{Maps, run_one};
 
 /// Numbers of cooperative EKMs that a search may tune.
-const COOPERATIVE: [Dimension; 24] = [
+const COOPERATIVE: [Dimension; 22] = [
     Dimension::log("cooperative.target_amplitude", 0.01, 0.3),
     Dimension::linear("cooperative.target_bearing_sigma_rad", 0.8, 4.0),
     Dimension::log("cooperative.target_distance_sigma_m", 0.005, 0.04),
     Dimension::linear("cooperative.cruise_share", 0.35, 0.92),
-    Dimension::linear("cooperative.open_cruise_share", 0.4, 1.0),
-    Dimension::linear("cooperative.open_room_m", 0.02, 0.17),
     Dimension::log("cooperative.obstacle_bearing_sigma_rad", 0.05, 0.4),
     Dimension::log("cooperative.obstacle_front_sigma_m", 0.003, 0.03),
     Dimension::log("cooperative.sweep_margin_m", 0.002, 0.012),

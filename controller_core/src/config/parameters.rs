@@ -327,8 +327,6 @@ parameters! {
     cooperative.opening_turn_rad: f32, "rad", 0.0, 3.2 => "between 0 and π";
     cooperative.opening_distance_sigma_m: f32, "m", 1e-3, 100.0 => "between 1 mm and 100 m";
     cooperative.opening_give_up_ms: u16, "ms", 0.0, 65_000.0 => "between 0 and 65,000 ms";
-    cooperative.open_cruise_share: f32, "1", 0.0, 100.0 => "0 (as cruise_share) or a share of the reach";
-    cooperative.open_room_m: f32, "m", 1e-3, 20.0 => "between 1 mm and 20 m";
 }
 
 const _: () = assert!(PARAMETER_COUNT <= 255, "the link numbers parameters in a byte");

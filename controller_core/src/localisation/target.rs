@@ -24,23 +24,6 @@ pub struct TargetFieldParameters<S> {
     /// From this distance (features) on the target counts as far. It is also where the field of a far target is
     /// centred, and so the speed at which the robot cruises.
     pub far: Option<S>,
-    /// The same in the open, where it grows to with the room around the robot.
-    pub open_far: S,
-    /// Room beyond the body at which it has grown so far (m), its inverse; and the body's radius (m).
-    pub per_room: S,
-    /// Radius of the body (m).
-    pub body_radius_m: S,
-}
-
-impl<S: Scalar> TargetFieldParameters<S> {
-    /// From where on the target counts as far where the nearest obstacle is `nearest_m` away from the robot's centre.
-    #[must_use]
-    pub fn far_with(&self, nearest_m: S) -> Option<S> {
-        let far = self.far?;
-        let room = (nearest_m - self.body_radius_m).clamp(S::ZERO, S::ONE);
-        let share = (room * self.per_room).min(S::ONE);
-        Some(far + (self.open_far - far).max(S::ZERO) * share)
-    }
 }
 
 /// How a target is approached.
