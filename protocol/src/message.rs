@@ -35,6 +35,7 @@ use controller_core::units::{EncoderCounts, Point, Polar, Pose, WheelDrive, Whee
 use core::fmt;
 use heapless::{String, Vec};
 use postcard_schema::Schema;
+use serde::de::{self, Deserializer, Visitor};
 use serde::{Deserialize, Serialize};
 
 use crate::codec::{DecodeError, Message, all_finite, read};
@@ -127,6 +128,29 @@ pub enum FromBoard {
     Fields(Fields),
 }
 
+/// Reads a text byte by byte, with `?` for what is not ASCII: checking all of UTF-8 is half a kilobyte of flash.
+fn ascii<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<String<N>, D::Error> {
+    struct Ascii<const N: usize>;
+    impl<const N: usize> Visitor<'_> for Ascii<N> {
+        type Value = String<N>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            write!(f, "a text of at most {N} bytes")
+        }
+
+        fn visit_bytes<E: de::Error>(self, bytes: &[u8]) -> Result<Self::Value, E> {
+            let mut text = String::new();
+            for &byte in bytes {
+                let letter = if byte.is_ascii() { char::from(byte) } else { '?' };
+                text.push(letter).map_err(|_full| E::invalid_length(bytes.len(), &self))?;
+            }
+            Ok(text)
+        }
+    }
+    // A text and its bytes are the same on the wire.
+    from.deserialize_bytes(Ascii)
+}
+
 /// Who is speaking: the host says what it expects, the board what it is. No reals.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello {
@@ -134,7 +158,8 @@ pub struct Hello {
     pub protocol_version: u16,
     /// [`crate::schema::HASH`] of the speaker: the shape of every message.
     pub schema_hash: u64,
-    /// The build of the speaker, for people to read (commit hash or release); need not agree.
+    /// The build of the speaker, for people to read (commit hash or release, in ASCII); need not agree.
+    #[serde(deserialize_with = "ascii")]
     pub build_id: String<BUILD_ID_BYTES>,
     /// The board; `None` where any will do.
     pub board: Option<Board>,
