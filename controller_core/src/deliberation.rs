@@ -465,12 +465,6 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     }
 }
 
-/// Distance of the nearest point from the robot's centre; [`Scalar::LIMIT`] without any.
-fn nearest<S: Scalar>(points: &[Point<S>]) -> S {
-    let origin = Point { x_m: S::ZERO, y_m: S::ZERO };
-    points.iter().fold(S::LIMIT, |nearest, point| nearest.min(origin.distance_to(*point)))
-}
-
 /// A command as wheel speeds that the motors take.
 #[must_use]
 pub fn speeds<S: Scalar, const SENSORS: usize>(

@@ -292,7 +292,6 @@ parameters! {
     cooperative.sweep_margin_m: f32, "m", 5e-4, 1.0 => "between 0.5 mm and 1 m";
     cooperative.sweep_strength: f32, "1", 0.0, 1000.0 => "between 0 and 1000";
     cooperative.sweep_look_ahead: f32, "1", 0.0, 1.0 => "between 0 and 1";
-    cooperative.sweep_headway: f32, "1", 0.0, 1.0 => "between 0 and 1";
     cooperative.memory_ms: u16, "ms", 0.0, 60_000.0 => "between 0 and 60,000 ms";
     cooperative.memory_merge_m: f32, "m", 0.0, 1.0 => "between 0 and 1 m";
     cooperative.detour_patience_ms: u16, "ms", 0.0, 65_000.0 => "between 0 and 65,000 ms";
@@ -301,7 +300,6 @@ parameters! {
     cooperative.detour_free_rad: f32, "rad", 0.0, 3.2 => "between 0 and π";
     cooperative.detour_free_m: f32, "m", 1e-3, 10.0 => "between 1 mm and 10 m";
     cooperative.detour_side_ms: u16, "ms", 100.0, 65_000.0 => "between 100 and 65,000 ms";
-    cooperative.detour_clear_m: f32, "m", 0.0, 1.0 => "between 0 and 1 m";
 
     fusion.target_share: f32, "1", 0.0, 1.0 => "between 0 and 1";
     fusion.wiring: WiringKind, "1", 0.0, 1.0 => WiringKind::MUST;
@@ -327,6 +325,8 @@ parameters! {
     cooperative.opening_turn_rad: f32, "rad", 0.0, 3.2 => "between 0 and π";
     cooperative.opening_distance_sigma_m: f32, "m", 1e-3, 100.0 => "between 1 mm and 100 m";
     cooperative.opening_give_up_ms: u16, "ms", 0.0, 65_000.0 => "between 0 and 65,000 ms";
+    cooperative.sweep_headway: f32, "1", 0.0, 1.0 => "between 0 and 1";
+    cooperative.detour_clear_m: f32, "m", 0.0, 1.0 => "between 0 and 1 m";
 }
 
 const _: () = assert!(PARAMETER_COUNT <= 255, "the link numbers parameters in a byte");

@@ -458,7 +458,8 @@ pub struct InspectArgs {
     pub json: bool,
 }
 
-fn assignment(text: &str) -> Result<(String, f32), String> {
+/// `NAME=VALUE`, as `--set` takes it.
+pub fn assignment(text: &str) -> Result<(String, f32), String> {
     let parts = text.split_once('=').map(|(name, value)| (name.trim(), value.trim().parse::<f32>()));
     match parts {
         Some((name, Ok(value))) => Ok((name.to_owned(), value)),

@@ -38,7 +38,7 @@ pub fn link(args: &InspectArgs) -> Result<Outcome, CliError> {
 }
 
 /// A parameter by its name, with a value that it can have.
-fn change((name, value): &(String, f32)) -> Result<(u8, f32), CliError> {
+pub fn change((name, value): &(String, f32)) -> Result<(u8, f32), CliError> {
     let index = PARAMETERS.iter().position(|parameter| parameter.name == name).ok_or_else(|| {
         CliError::Request(format!("there is no parameter `{name}`; `config --print` shows all of them"))
     })?;

@@ -22,9 +22,10 @@ use host_sim::simulation::PAPERS;
 use rayon::ThreadPool;
 use serde_json::{Value, json};
 
-use super::super::args::ScalarArg;
+use super::super::args::{ScalarArg, assignment};
 use super::super::error::{CliError, Outcome};
 use super::super::learning::{seeds, settings_of, threads};
+use super::super::link::change;
 use super::super::output::OutputFolder;
 use super::super::progress::Progress;
 use super::super::table::{facts, percent};
@@ -64,6 +65,9 @@ pub struct SceneArgs {
     /// Numbers of the controllers, by file or by name: `precise`, `p1`, `literal`, `large`
     #[arg(long, value_name = "NAME|FILE.toml")]
     pub config: Option<PathBuf>,
+    /// Another value for a parameter of cooperative EKMs or command fusion (`config --list`); may be given several times
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
+    pub set: Vec<(String, f32)>,
     /// Noise of sensors and actuators, as a share
     #[arg(long, value_name = "SHARE", default_value_t = 0.1, value_parser = share)]
     pub noise: f64,
@@ -241,7 +245,12 @@ fn answers<S: Scalar>(
     questions: Vec<Question>,
     logged: u32,
 ) -> Result<Answers, CliError> {
-    let settings = settings_of(args.config.as_deref())?;
+    let mut settings = settings_of(args.config.as_deref())?;
+    for change in args.set.iter().map(change) {
+        let (index, value) = change?;
+        settings.core.set(usize::from(index), value).map_err(|error| CliError::Request(error.to_string()))?;
+    }
+    settings.core.validate().map_err(|error| CliError::Request(error.to_string()))?;
     let pool = threads(args.threads)?;
     let entrants = args.entrants(what);
     let equipment = pool.install(|| equip::<S>(&entrants, &settings, args))?;
