@@ -220,28 +220,47 @@ pub fn papers(disturbance: &Disturbance) -> Result<Vec<Question>, ScenarioError>
     Scenario::builtin_names().map(question).collect()
 }
 
+/// How often each of the papers' figures is among the scenes of a search: they are few, and what users see first.
+const FIGURES_COUNT: usize = 4;
+
 /// The scenes in which controllers' numbers are searched for: some of each kind, none with a planner in the loop, since
-/// that would be planned anew in each run.
+/// that would be planned anew in each run. Of moving discs only two at a time: where everyone is touched, a search
+/// would learn haste from luck.
 ///
 /// # Errors
 /// Never, unless a built-in scenario is broken.
 pub fn search_scenes() -> Result<Vec<Scenario>, crate::route_planner::RouteError> {
     let usual = &Disturbance::PAPERS;
-    let mut scenarios = Vec::new();
-    let mut add = |questions: Vec<Question>| {
-        scenarios.extend(questions.into_iter().flat_map(|question| question.scenarios).step_by(2));
+    let trap = |side, width_m, depth_m| {
+        [-30.0, 0.0, 60.0].map(|approach_deg| Scene::Trap(Trap { width_m, depth_m, side, approach_deg }))
     };
-    add(traps(usual));
-    add(doors(usual));
-    add(traffic_surfaces(usual).into_iter().flat_map(|surface| surface.cells).skip(4).collect());
+    let mut scenes = Vec::new();
+    for (width_m, depth_m) in [(0.2, 0.1), (0.3, 0.2), (0.4, 0.4)] {
+        scenes.extend(trap(Side::Outside, width_m, depth_m));
+    }
+    for (width_m, depth_m) in [(0.2, 0.15), (0.3, 0.25), (0.4, 0.4), (0.6, 0.6)] {
+        scenes.extend(trap(Side::Inside, width_m, depth_m));
+    }
+    for width_m in [0.1, 0.08, 0.07, 0.065, 0.06] {
+        scenes.extend([0.0, 45.0].map(|approach_deg| Scene::Door(Door { width_m, approach_deg })));
+    }
+    for past_m in [0.05, 0.1] {
+        scenes
+            .extend([-45.0, 0.0, 45.0].map(|approach_deg| Scene::WallEnd(WallEnd { past_m, approach_deg })));
+    }
+    scenes.extend([0.08, 0.1].map(|width_m| Scene::Corridor(Corridor { width_m })));
+    scenes.extend([0.08, 0.1].map(|gap_m| Scene::Slalom(Slalom { gap_m })));
+    scenes.extend([0.05, 0.1].map(|speed_m_s| Scene::Circling(Circling { discs: 2, speed_m_s })));
+    let mut scenarios: Vec<Scenario> = scenes.into_iter().map(|scene| scene.scenario(usual)).collect();
     for scenario in papers(usual).unwrap_or_default().into_iter().flat_map(|question| question.scenarios) {
         let planned = matches!(scenario.route, Route::Planned { .. });
-        scenarios.push(if planned {
+        let scenario = if planned {
             let plan = crate::route_planner::plan(&scenario, scenario.start.position, 0.0)?;
             scenario.with_checkpoints(plan.checkpoints)
         } else {
             scenario
-        });
+        };
+        scenarios.extend(core::iter::repeat_n(scenario, FIGURES_COUNT));
     }
     Ok(scenarios)
 }

@@ -79,14 +79,15 @@ fn write(settings: &mut Settings, name: &str, value: f64) {
     }
 }
 
-/// What a run is worth: 1 for success and up to a tenth more for haste, a little for arriving with a contact.
+/// What a run is worth: success, and a tenth of it for haste; a little for arriving with a contact, or for none.
 #[must_use]
 pub fn score(result: &MissionResult, time_limit_s: f64) -> f64 {
     let haste = 0.1 * (1.0 - result.duration_s / time_limit_s).max(0.0);
-    match (result.success, result.reached) {
-        (true, _) => 1.0 + haste,
-        (false, true) => 0.2 + haste,
-        (false, false) => 0.0,
+    match (result.success, result.reached, result.contacts) {
+        (true, ..) => 0.9 + haste,
+        (false, true, _) => 0.3,
+        (false, false, 0) => 0.1,
+        (false, false, _) => 0.0,
     }
 }
 

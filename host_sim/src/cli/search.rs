@@ -109,7 +109,7 @@ fn text(tuning: &Tuning, best: &Candidate, contender: Contender, total: u64) -> 
     let (name, is_peer) = (contender.name(), contender.is_peer());
     let head = facts([
         ("# search", format!("{name}, {total} runs")),
-        ("# score", format!("{:.3} (1 is success everywhere, up to 0.1 more for haste)", best.score)),
+        ("# score", format!("{:.3} (0.9 is success everywhere, the rest haste)", best.score)),
     ]);
     let rows: Vec<Vec<String>> = tuning
         .scene_names()
