@@ -25,6 +25,9 @@ pub struct SweepParameters<S> {
 /// Points of the arc that are checked after the start.
 const CHORDS: i32 = 4;
 
+/// Coming nearer by less is rounding (m): a turn on the spot does not come nearer.
+const ROUNDING_M: f32 = 1e-5;
+
 /// The lack of clearance on the way to `place`, as inhibition ≥ 0.
 ///
 /// Only points that the way comes *nearer* to count: a robot that stands too close may always leave.
@@ -61,8 +64,9 @@ pub fn inhibition<'a, S: Scalar>(
             }
             let distance = S::hypot(beyond, aside);
             let now = S::hypot(obstacle.x_m, obstacle.y_m);
-            if distance < now {
-                worst = worst.max((safe - distance).min(now - distance));
+            let nearer = now - distance;
+            if nearer > S::from_f32(ROUNDING_M) {
+                worst = worst.max((safe - distance).min(nearer));
             }
         }
         at = Point { x_m: at.x_m + length * cos, y_m: at.y_m + length * sin };
