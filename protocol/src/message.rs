@@ -128,21 +128,22 @@ pub enum FromBoard {
     Fields(Fields),
 }
 
-/// Reads a text byte by byte, with `?` for what is not ASCII: checking all of UTF-8 is half a kilobyte of flash.
+/// Reads a text that must be ASCII: checking all of UTF-8 is 300 bytes of flash.
 fn ascii<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<String<N>, D::Error> {
     struct Ascii<const N: usize>;
     impl<const N: usize> Visitor<'_> for Ascii<N> {
         type Value = String<N>;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            write!(f, "a text of at most {N} bytes")
+            write!(f, "at most {N} bytes of ASCII")
         }
 
         fn visit_bytes<E: de::Error>(self, bytes: &[u8]) -> Result<Self::Value, E> {
             let mut text = String::new();
             for &byte in bytes {
-                let letter = if byte.is_ascii() { char::from(byte) } else { '?' };
-                text.push(letter).map_err(|_full| E::invalid_length(bytes.len(), &self))?;
+                if !byte.is_ascii() || text.push(char::from(byte)).is_err() {
+                    return Err(E::invalid_length(bytes.len(), &self));
+                }
             }
             Ok(text)
         }

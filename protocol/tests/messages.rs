@@ -233,9 +233,9 @@ fn malformed_fields_are_told_apart() {
         other => panic!("{other:?}"),
     };
     assert_eq!(what(&[1, 0, 0, 0, 2]), "the mark of an optional field is neither 0 nor 1");
-    assert_eq!(what(&[0, 1, 0, 2, 0xff, 0xff, 0, 0, 0, 0, 0, 0]), "a text is not UTF-8");
     assert_eq!(what(&[0, 0xff, 0xff, 0xff, 0xff]), "an integer is larger than its type");
-    let limit = "an unknown variant, or a list or text longer than its limit";
+    let limit = "an unknown variant, a text beyond ASCII, or a list or text longer than its limit";
+    assert_eq!(what(&[0, 1, 0, 2, 0xff, 0xff, 0, 0, 0, 0, 0, 0]), limit);
     assert_eq!(what(&[2, 9]), limit);
     assert_eq!(what(&[&[2, 0, 17][..], &[0; 17 * 8]].concat()), limit);
     assert_eq!(what(&[8, 3]), limit);
