@@ -146,7 +146,9 @@ pub(crate) fn reason(error: &postcard::Error) -> &'static str {
         postcard::Error::DeserializeBadOption => "the mark of an optional field is neither 0 nor 1",
         postcard::Error::DeserializeBadUtf8 => "a text is not UTF-8",
         // All that serde itself objects to; without a heap postcard keeps no more of it.
-        postcard::Error::SerdeDeCustom => "an unknown variant, a text beyond ASCII, or a list or text longer than its limit",
+        postcard::Error::SerdeDeCustom => {
+            "an unknown variant, a text beyond ASCII, or a list or text longer than its limit"
+        }
         _ => "not the encoding of this type",
     }
 }
