@@ -26,27 +26,27 @@ numbers! {
     /// Numbers of the potential field.
     ApfConfig, "apf" {
         /// ρ₀: obstacles farther beyond the body than this do not repel, in m.
-        range_m: 0.12, 0.001 to 20.0, linear(0.01, 0.175);
+        range_m: 0.0457, 0.001 to 20.0, linear(0.01, 0.175);
         /// η, relative to the attraction, in m³.
-        repulsion_m3: 4.55e-6, 0.0 to 1.0, log(1e-9, 1e-4);
+        repulsion_m3: 2.62e-6, 0.0 to 1.0, log(1e-9, 1e-4);
         /// Share of the repulsion that goes around the obstacle.
-        swirl: 1.91, 0.0 to 100.0, linear(0.0, 2.0);
+        swirl: 1.76, 0.0 to 100.0, linear(0.0, 2.0);
         /// Speed where nothing is near, as a share of c*.
-        cruise_share: 0.887, 0.01 to 1.0, linear(0.3, 1.0);
+        cruise_share: 0.526, 0.01 to 1.0, linear(0.3, 1.0);
         /// Time that the free way ahead must last, in s.
-        headway_s: 0.444, 0.0 to 100.0, linear(0.1, 1.5);
+        headway_s: 1.03, 0.0 to 100.0, linear(0.1, 1.5);
         /// What the way ahead must leave free beside the body, in m.
-        margin_m: 0.00458, 0.0 to 1.0, linear(0.0, 0.01);
+        margin_m: 0.00373, 0.0 to 1.0, linear(0.0, 0.01);
         /// Within this distance of the body the speed falls, in m.
-        near_m: 0.00247, 0.0001 to 20.0, log(0.001, 0.1);
+        near_m: 0.001, 0.0001 to 20.0, log(0.001, 0.1);
         /// Beyond this bearing of the force the robot turns on the spot, in rad.
-        spot_rad: 0.872, 0.01 to 3.2, linear(0.3, 1.57);
+        spot_rad: 1.4, 0.01 to 3.2, linear(0.3, 1.57);
         /// Time constant of the turn towards the force, in s.
-        turn_time_s: 0.158, 0.01 to 10.0, linear(0.13, 0.6);
+        turn_time_s: 0.394, 0.01 to 10.0, linear(0.13, 0.6);
         /// Directions beyond this bearing are taken backwards, in rad.
-        back_rad: 2.24, 0.0 to 3.2, linear(1.57, 3.2);
+        back_rad: 2.94, 0.0 to 3.2, linear(1.57, 3.2);
         /// How long a point is remembered that is not seen again, in s.
-        memory_s: 1.35, 0.0 to 600.0, log(0.2, 20.0);
+        memory_s: 0.952, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 

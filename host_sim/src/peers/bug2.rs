@@ -32,31 +32,31 @@ numbers! {
     /// Numbers of Bug2.
     Bug2Config, "bug2" {
         /// What a passage must leave free beside the body, in m.
-        gap_m: 0.0, 0.0 to 1.0, linear(0.0, 0.01);
+        gap_m: 0.00209, 0.0 to 1.0, linear(0.0, 0.01);
         /// Edges are followed at this distance from the body, in m.
         margin_m: 0.00439, 0.0001 to 1.0, linear(0.002, 0.02);
         /// Obstacles farther away than this block no direction while an edge is followed, in m from the robot's centre.
-        look_m: 0.0615, 0.001 to 20.0, linear(0.05, 0.2);
+        look_m: 0.0583, 0.001 to 20.0, linear(0.05, 0.2);
         /// An obstacle on the way to the target is hit at this distance before the body would touch it, in m.
-        hit_m: 0.0199, 0.0 to 20.0, linear(0.005, 0.1);
+        hit_m: 0.0171, 0.0 to 20.0, linear(0.005, 0.1);
         /// How much nearer than the hit point the m-line must be met, in m.
-        gain_m: 0.0127, 0.0 to 10.0, linear(0.005, 0.08);
+        gain_m: 0.00656, 0.0 to 10.0, linear(0.005, 0.08);
         /// How far the way to the target must be free to leave, in m.
-        leave_m: 0.0786, 0.0 to 10.0, linear(0.01, 0.12);
+        leave_m: 0.12, 0.0 to 10.0, linear(0.01, 0.12);
         /// Speed where nothing is near, as a share of c*.
-        cruise_share: 0.849, 0.01 to 1.0, linear(0.3, 1.0);
+        cruise_share: 0.864, 0.01 to 1.0, linear(0.3, 1.0);
         /// Time that the free way ahead must last, in s.
-        headway_s: 0.3, 0.0 to 100.0, linear(0.1, 1.5);
+        headway_s: 0.445, 0.0 to 100.0, linear(0.1, 1.5);
         /// Within this distance of the body the speed falls, in m.
-        near_m: 0.0184, 0.0001 to 20.0, log(0.001, 0.1);
+        near_m: 0.0171, 0.0001 to 20.0, log(0.001, 0.1);
         /// Beyond this bearing the robot turns on the spot, in rad.
-        spot_rad: 1.15, 0.01 to 3.2, linear(0.3, 1.57);
+        spot_rad: 1.43, 0.01 to 3.2, linear(0.3, 1.57);
         /// Time constant of a turn, in s.
-        turn_time_s: 0.322, 0.01 to 10.0, linear(0.13, 0.6);
+        turn_time_s: 0.307, 0.01 to 10.0, linear(0.13, 0.6);
         /// Directions beyond this bearing are taken backwards, in rad.
-        back_rad: 2.91, 0.0 to 3.2, linear(1.57, 3.2);
+        back_rad: 2.99, 0.0 to 3.2, linear(1.57, 3.2);
         /// How long a point is remembered that is not seen again, in s.
-        memory_s: 0.748, 0.0 to 600.0, log(0.2, 20.0);
+        memory_s: 0.2, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 
