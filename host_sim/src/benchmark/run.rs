@@ -72,7 +72,7 @@ pub struct CourseRun {
 ///   moves ahead of the robot keeps as it is, and the planner is the better judge of dead ends anyway;
 /// - it looks for no **openings**: the route already leads through the middle of its gaps, and a gap that noisy ranges
 ///   seem to show beside it draws the robot off the route;
-/// - the **swept path** is that of half a step ([`LOOK_AHEAD`]);
+/// - the **swept path** is that of half a step (`LOOK_AHEAD`);
 /// - and it needs no more room beside the body than the route has: a robot that asks for more waits before the gap for
 ///   ever.
 #[must_use]
