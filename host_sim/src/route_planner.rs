@@ -1,5 +1,7 @@
 //! The core's planner on the simulator's maps: a scenario's known walls become checkpoints.
 
+use std::sync::{Mutex, PoisonError};
+
 use controller_core::planning::{Footprint, PlanError, Planner, Workspace};
 use controller_core::units::Point;
 use nalgebra::Point2;
@@ -94,14 +96,16 @@ pub fn plan(scenario: &Scenario, from: Point2<f64>, t_s: f64) -> Result<Plan, Ro
     let raster = scenario.known_raster_at(CELL_SIZE_M, t_s)?;
     let goal = scenario.goal().unwrap_or(from);
     let footprint = Footprint::new(narrow(crate::world::KHEPERA_RADIUS_M), MARGIN_M)?;
-    Ok(SmallPlanner::plan_on::<CHECKPOINTS>(&raster, &footprint, from, goal)?)
+    let mut planner = Box::new(SmallPlanner::new());
+    Ok(planner.plan_on::<CHECKPOINTS>(&raster, &footprint, from, goal)?)
 }
 
 /// Large enough for the rooms of the papers, and for most of what is tried.
 type SmallPlanner = Planner<1024, 4096>;
 
-/// For maps of 512 x 512 cells that are full of obstacles.
-type LargePlanner = Planner<16_384, 32_000>;
+/// For maps of 512 x 512 cells that are full of obstacles. One for all threads: made on a thread's stack it would be
+/// more than the stack.
+static LARGE: Mutex<Planner<16_384, 32_000>> = Mutex::new(Planner::new());
 
 /// Most checkpoints of a long route, which goes to the controller in parts.
 const LONG_ROUTE: usize = 2048;
@@ -116,17 +120,21 @@ pub fn plan_long(
     from: Point2<f64>,
     goal: Point2<f64>,
 ) -> Result<Plan, PlanError> {
-    match SmallPlanner::plan_on::<LONG_ROUTE>(raster, footprint, from, goal) {
+    let mut planner = Box::new(SmallPlanner::new());
+    match planner.plan_on::<LONG_ROUTE>(raster, footprint, from, goal) {
         Err(PlanError::TooManyCells { .. } | PlanError::TooManyPassages { .. }) => {
-            LargePlanner::plan_on::<LONG_ROUTE>(raster, footprint, from, goal)
+            // Each plan begins anew, also after one that a panic has cut short.
+            let mut large = LARGE.lock().unwrap_or_else(PoisonError::into_inner);
+            large.plan_on::<LONG_ROUTE>(raster, footprint, from, goal)
         }
         done => done,
     }
 }
 
-/// The planner of some size on the heap, for it is far too large for a stack.
+/// A planner of some size, with places and plans as the simulator has them.
 trait PlanOn {
     fn plan_on<const N: usize>(
+        &mut self,
         raster: &Raster,
         footprint: &Footprint,
         from: Point2<f64>,
@@ -136,19 +144,19 @@ trait PlanOn {
 
 impl<const CELLS: usize, const PASSAGES: usize> PlanOn for Planner<CELLS, PASSAGES> {
     fn plan_on<const N: usize>(
+        &mut self,
         raster: &Raster,
         footprint: &Footprint,
         from: Point2<f64>,
         goal: Point2<f64>,
     ) -> Result<Plan, PlanError> {
-        let mut planner = Box::new(Self::new());
         let (from, goal) = (narrow_point(from), narrow_point(goal));
-        let route = planner.plan::<f32, Raster, N>(raster, footprint, from, goal)?;
+        let route = self.plan::<f32, Raster, N>(raster, footprint, from, goal)?;
         let widen = |point: &Point<f32>| Point2::new(f64::from(point.x_m), f64::from(point.y_m));
         Ok(Plan {
             checkpoints: route.iter().map(widen).collect(),
-            cells: planner.cell_count(),
-            passages: planner.passage_count(),
+            cells: self.cell_count(),
+            passages: self.passage_count(),
         })
     }
 }
