@@ -201,7 +201,8 @@ impl<S: Scalar, O: Output<S>> Sil<S, O> {
 }
 
 impl<S: Scalar, O: Output<S>> Sil<S, O> {
-    /// The core's tick, with the slow tasks' answers as late as on a board that is busy: the fast half latches what they
+    /// The core's tick, with the slow tasks' answers as late as on a board that is busy: the fast half latches
+    /// what they
     /// are to work on when they are released, and takes their command when they have it. Training is never late.
     fn tick_late(&mut self, now: Tick, inputs: &Inputs<S, SENSORS>, finished: Finished) -> Outputs<S> {
         if self.controller.reflex.mode() != Mode::Navigate {

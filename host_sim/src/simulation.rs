@@ -233,7 +233,8 @@ impl<'w, C: ControllerPort> Simulation<'w, C> {
         let into = way.dot(&normal).min(0.0);
         let slid = before + (way - normal * into);
         let clearance = |position| world.clearance(position, t_s);
-        // A robot that a mover has driven into may leave, but not go deeper: past the nearest point of something round the
+        // A robot that a mover has driven into may leave, but not go deeper: past the nearest point of something
+        // round the
         // way leads away from the surface at its end only.
         if clearance(slid) >= radius || (into >= 0.0 && clearance(slid) >= clearance(before)) {
             self.way_m += (slid - before).norm();

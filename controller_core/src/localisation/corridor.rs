@@ -56,7 +56,8 @@ impl<S: Scalar> Corridor<S> {
     }
 }
 
-/// The first direction, from `bearing` on and turning towards `side` (+1 left, −1 right), whose corridor of `length_m` is
+/// The first direction, from `bearing` on and turning towards `side` (+1 left, −1 right), whose corridor of
+/// `length_m` is
 /// free; `bearing` itself where none is.
 #[must_use]
 pub fn turned_free<S: Scalar>(

@@ -29,7 +29,8 @@ pub struct DetourParameters<S> {
     pub free_m: S,
     /// Time after which the other side is tried, the first time (ms).
     pub side_ms: u16,
-    /// The way along the wall must be free for so far (m), or it is turned away from the wall until it is; 0: it need not.
+    /// The way along the wall must be free for so far (m), or it is turned away from the wall until it is; 0: it
+    /// need not.
     pub clear_m: S,
     /// Half the width that must be free (m).
     pub half_width_m: S,

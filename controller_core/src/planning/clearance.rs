@@ -68,7 +68,8 @@ impl Spot {
     }
 }
 
-/// The next whole number at or below; saturates, and NaN gives 0. Asked so often that libm's would be a fifth of a plan.
+/// The next whole number at or below; saturates, and NaN gives 0. Asked so often that libm's would be a fifth of
+/// a plan.
 pub(super) fn floor(value: f32) -> i32 {
     #[expect(
         clippy::cast_possible_truncation,

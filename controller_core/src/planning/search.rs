@@ -278,7 +278,8 @@ impl<const PASSAGES: usize> Search<PASSAGES> {
 
     /// The best of the settled neighbours of `node` as its next node, with the true cost.
     ///
-    /// First over the straight ways, which cost a swept test each, then over the ways through a cell, which cost dozens:
+    /// First over the straight ways, which cost a swept test each, then over the ways through a cell, which cost
+    /// dozens:
     /// few of those are still below what the first found.
     fn best_parent<W: Workspace, const CELLS: usize>(
         &self,

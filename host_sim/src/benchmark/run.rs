@@ -68,7 +68,8 @@ pub struct CourseRun {
 /// The configuration for a course and a way of being guided, on the base of another.
 ///
 /// Where the planner goes on looking, four numbers are its own:
-/// - the controller's **detour** is off: it measures progress by the distance to the checkpoint, which a checkpoint that
+/// - the controller's **detour** is off: it measures progress by the distance to the checkpoint, which a
+///   checkpoint that
 ///   moves ahead of the robot keeps as it is, and the planner is the better judge of dead ends anyway;
 /// - it looks for no **openings**: the route already leads through the middle of its gaps, and a gap that noisy ranges
 ///   seem to show beside it draws the robot off the route;
@@ -88,7 +89,8 @@ pub fn config_for(course: &Course, following: Option<Following>, base: &Config) 
     config
 }
 
-/// Share of a step whose way is checked: a command stands for a quarter of a step at most, and what is beyond half of it
+/// Share of a step whose way is checked: a command stands for a quarter of a step at most, and what is beyond
+/// half of it
 /// the planner has checked on its map. A longer look holds noisy ranges of the far side of a bend against a way that
 /// the checkpoint will long have turned off, and lets the robot break out sideways; a shorter one stops too late.
 /// Anything from 0.4 to 0.6 does.

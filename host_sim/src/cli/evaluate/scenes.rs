@@ -65,7 +65,8 @@ pub struct SceneArgs {
     /// Numbers of the controllers, by file or by name: `precise`, `p1`, `literal`, `large`
     #[arg(long, value_name = "NAME|FILE.toml")]
     pub config: Option<PathBuf>,
-    /// Another value for a parameter of cooperative EKMs or command fusion (`config --list`); may be given several times
+    /// Another value for a parameter of cooperative EKMs or command fusion (`config --list`); may be given
+    /// several times
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     pub set: Vec<(String, f32)>,
     /// Noise of sensors and actuators, as a share
