@@ -14,10 +14,11 @@
 //! - **lattice**: points a quarter of a raster cell apart.
 //! - **cell**: neighbouring column pieces of clear lattice points that share a band of rows (`cell_decomposition.rs`).
 //! - **passage**: where two cells touch; **doorway**: a place on the way between two walls that are close.
+//! - **corner**: where a wall begins or ends in a cell or at a passage; a shortest way bends there and nowhere else.
 //!
 //! # Steps
-//! 1. sweep the raster once from left to right into cells and passages;
-//! 2. A* over the ends of the passages, from goal to start (`search.rs`);
+//! 1. sweep the raster once from left to right into cells, passages and corners, and leave out dead ends;
+//! 2. A* over corners and passages, from goal to start (`search.rs`), and back where that costs little;
 //! 3. pull the way taut, cut its corners, move it to the middle of doorways (`route.rs`).
 //!
 //! # What holds
@@ -27,9 +28,9 @@
 //! quarter of a raster cell. The outcome depends on the arguments only: ties go to the lower index.
 //!
 //! # What does not
-//! The way is not proven shortest: the search prices a way by its bends at passage ends and cores, and may pick the
-//! wrong side of an obstacle. On 209 random worlds it was at most 1.5 % longer than a lattice search with 32
-//! directions in 95 %, and 13 % in the worst one.
+//! The way is not proven shortest: of all bends that a passage can be crossed from, the search keeps one; and where it
+//! has settled thousands of nodes it trusts the straight rest of the way more than it should. It may pick the wrong
+//! side of an obstacle. `docs/numbers.md` says by how much ways were longer than the shortest.
 //!
 //! # Open in the papers, and we chose
 //! - How the workspace is cut: into column pieces with a common band, which are fewer than rectangles.
@@ -51,6 +52,7 @@ pub mod checkpoint;
 
 mod cell_decomposition;
 mod clearance;
+mod index;
 mod route;
 mod search;
 mod workspace;
@@ -58,12 +60,19 @@ mod workspace;
 #[cfg(test)]
 mod tests;
 
+pub use index::Index;
 pub use workspace::{BitGrid, GridError, Workspace};
 
-use cell_decomposition::{Decomposition, NONE};
+use cell_decomposition::Decomposition;
 use clearance::{Clearance, FINENESS, REACH_MAX, Spot, floor};
-use route::Route;
-use search::{PASSAGES_MAX, Problem, Search, Terminal};
+use route::{Full, Route};
+use search::{Problem, Search, Terminal};
+
+/// A search that has settled no more nodes than this takes far less time than the sweep, and is made from both ends.
+const QUICK: usize = 1000;
+
+/// The way from the other end must be shorter by this factor to be worth a change.
+const SHORTER: f32 = 0.999;
 
 /// Columns and rows that a raster may have: coordinates stay exact to 1/1000 of a cell in `f32`.
 pub const SIDE_MAX: u16 = 4096;
@@ -161,9 +170,9 @@ pub enum PlanError {
         /// Room for cells.
         capacity: usize,
     },
-    /// The cells have more passages than the planner has room for.
+    /// The cells have more passages and corners than the planner has room for.
     TooManyPassages {
-        /// Room for passages.
+        /// Room for passages and corners.
         capacity: usize,
     },
     /// The way has more bends than the plan has room for.
@@ -216,7 +225,10 @@ impl fmt::Display for PlanError {
                 write!(f, "the map has more than {capacity} cells: raise CELLS, or coarsen the raster")
             }
             Self::TooManyPassages { capacity } => {
-                write!(f, "the map has more than {capacity} passages: raise PASSAGES, or coarsen the raster")
+                write!(
+                    f,
+                    "the map has more than {capacity} passages and corners: raise PASSAGES, or coarsen the raster"
+                )
             }
             Self::TooManyCheckpoints { capacity } => {
                 write!(f, "the way has more than {capacity} checkpoints: raise CHECKPOINTS")
@@ -241,9 +253,12 @@ fn lattice_index(value: i32) -> u16 {
 
 /// The planner with its scratch memory; what it holds between two plans is of no consequence.
 ///
-/// It takes 22 bytes per cell and 46 per passage (7.3 kB for 64 and 128), and on a 512 × 512 raster 10 to 60 ms of
-/// a desktop core, the more the fuller the map. Random worlds had about one cell per obstacle and somewhat more
-/// passages than cells.
+/// It takes 22 bytes per cell and 44 per passage or corner (7 kB for 64 and 128), and on a 512 × 512 raster up to some
+/// ten milliseconds of a desktop core, the more the fuller the map. Random worlds had less than one cell per obstacle,
+/// and four to seven passages and corners per cell.
+///
+/// `I` is what cells and passages are numbered with. `u16` does for 16,382 passages and corners; for more there is
+/// [`Planner::wide`].
 ///
 /// ```
 /// use controller_core::planning::{BitGrid, Footprint, Planner};
@@ -256,9 +271,9 @@ fn lattice_index(value: i32) -> u16 {
 /// let plan = Planner::<8, 8>::new().plan::<_, _, 4>(&room, &robot, start, goal).unwrap();
 /// assert_eq!(plan.as_slice(), [goal]);
 /// ```
-pub struct Planner<const CELLS: usize, const PASSAGES: usize> {
-    map: Decomposition<CELLS, PASSAGES>,
-    search: Search<PASSAGES>,
+pub struct Planner<const CELLS: usize, const PASSAGES: usize, I = u16> {
+    map: Decomposition<I, CELLS, PASSAGES>,
+    search: Search<I, PASSAGES>,
 }
 
 impl<const CELLS: usize, const PASSAGES: usize> Default for Planner<CELLS, PASSAGES> {
@@ -268,12 +283,25 @@ impl<const CELLS: usize, const PASSAGES: usize> Default for Planner<CELLS, PASSA
 }
 
 impl<const CELLS: usize, const PASSAGES: usize> Planner<CELLS, PASSAGES> {
-    /// A planner with room for `CELLS` cells and `PASSAGES` passages; fit for a `static`.
+    /// A planner with room for `CELLS` cells and `PASSAGES` passages and corners; fit for a `static`.
     #[must_use]
     pub const fn new() -> Self {
+        Self::with_numbers()
+    }
+}
+
+impl<const CELLS: usize, const PASSAGES: usize> Planner<CELLS, PASSAGES, u32> {
+    /// A planner with room for more cells and passages than 16 bits can number; fit for a `static`.
+    #[must_use]
+    pub const fn wide() -> Self {
+        Self::with_numbers()
+    }
+}
+
+impl<const CELLS: usize, const PASSAGES: usize, I: Index> Planner<CELLS, PASSAGES, I> {
+    const fn with_numbers() -> Self {
         const {
-            // Cells and ends of passages are numbered with 16 bits, the topmost numbers are special.
-            assert!(CELLS < 65_535 && PASSAGES <= PASSAGES_MAX);
+            assert!(CELLS <= I::PASSAGES_MAX && PASSAGES <= I::PASSAGES_MAX);
         }
         Self { map: Decomposition::new(), search: Search::new() }
     }
@@ -284,10 +312,10 @@ impl<const CELLS: usize, const PASSAGES: usize> Planner<CELLS, PASSAGES> {
         self.map.cells.len()
     }
 
-    /// Passages of the last plan.
+    /// Passages between the cells of the last plan, corners not among them.
     #[must_use]
     pub fn passage_count(&self) -> usize {
-        self.map.passages.len()
+        self.map.passages.iter().filter(|passage| passage.is_passage()).count()
     }
 
     /// Checkpoints from `start` to `goal` (world frame) for the disc of `robot`; the last one is `goal` as given.
@@ -332,20 +360,54 @@ impl<const CELLS: usize, const PASSAGES: usize> Planner<CELLS, PASSAGES> {
             start: terminal(from, from_anchor, from_cell),
             goal: terminal(to, to_anchor, to_cell),
         };
-        let lost = from_cell == NONE || to_cell == NONE;
+        let lost = from_cell == I::NONE || to_cell == I::NONE;
         if lost || !self.search.run(&problem) {
             return Err(PlanError::NoPassage { reach_m: robot.reach_m() });
         }
-        let too_many = |_| PlanError::TooManyCheckpoints { capacity: CHECKPOINTS };
-        let mut route = Route::<W, CHECKPOINTS>::new(&clearance, from);
-        self.search.walk(&problem, |spot| route.extend(spot)).map_err(too_many)?;
-        let spots = route.finish().map_err(too_many)?;
-        let mut plan: heapless::Vec<_, CHECKPOINTS> = spots.iter().map(|&spot| frame.point(spot)).collect();
+        let quick = self.search.settled <= QUICK;
+        let mut way = self.way::<W, CHECKPOINTS>(&problem).map_err(|_| too_many(CHECKPOINTS))?;
+        if quick {
+            // What a search gets wrong from one end it mostly gets right from the other.
+            let problem = Problem { start: problem.goal, goal: problem.start, ..problem };
+            let back =
+                if self.search.run(&problem) { self.way::<W, CHECKPOINTS>(&problem).ok() } else { None };
+            if let Some(back) = back
+                && length(to, &back) < SHORTER * length(from, &way)
+            {
+                way = reversed(&back, to);
+            }
+        }
+        let mut plan: heapless::Vec<_, CHECKPOINTS> = way.iter().map(|&spot| frame.point(spot)).collect();
         if let Some(last) = plan.last_mut() {
             *last = goal;
         }
         Ok(plan)
     }
+
+    /// The way that the search has found, short and fit to drive.
+    fn way<W: Workspace, const N: usize>(
+        &self,
+        problem: &Problem<'_, W, I, CELLS, PASSAGES>,
+    ) -> Result<heapless::Vec<Spot, N>, Full> {
+        let mut route = Route::<W, N>::new(problem.clearance, problem.start.spot);
+        self.search.walk(problem, |spot| route.extend(spot))?;
+        route.finish()
+    }
+}
+
+fn too_many(capacity: usize) -> PlanError {
+    PlanError::TooManyCheckpoints { capacity }
+}
+
+/// Length of a way from a spot over others.
+fn length(from: Spot, way: &[Spot]) -> f32 {
+    let befores = core::iter::once(&from).chain(way);
+    befores.zip(way).map(|(before, spot)| before.distance_to(*spot)).sum()
+}
+
+/// The way back: from the end of `way`, left out, to where it began.
+fn reversed<const N: usize>(way: &heapless::Vec<Spot, N>, from: Spot) -> heapless::Vec<Spot, N> {
+    way.iter().rev().skip(1).copied().chain(core::iter::once(from)).collect()
 }
 
 /// Whether the disc of `robot` can be moved straight from one place to another without touching a cell that is not

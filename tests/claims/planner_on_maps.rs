@@ -10,11 +10,14 @@
 //!
 //! Ours: at most 1.10 on every map here; the test prints the figures of each kind.
 
+use controller_core::planning::Footprint;
 use host_sim::benchmark::Ground;
 use host_sim::import::GridMap;
+use host_sim::number::narrow;
 use host_sim::world::KHEPERA_RADIUS_M;
 use nalgebra::Point2;
 use tests::maps::{Kind, draw};
+use tests::visibility::cells_needed;
 
 /// Rows and columns of a map.
 const SIDE: usize = 18;
@@ -165,15 +168,54 @@ fn compare(kind: Kind) -> (f64, u32) {
     (most, plans)
 }
 
+/// Cells of decompositions beside what any one needs whose cells' places all see each other. Ours are joined along
+/// their cores, round what is in the way, so that they may be fewer.
+#[test]
+fn cells_are_about_as_few_as_places_that_do_not_see_each_other() {
+    for kind in [Kind::Discs(220.0), Kind::Rooms(3), Kind::Rooms(7), Kind::Maze(2), Kind::Random(0.1)] {
+        let ground = Ground::new(draw(kind, 32, 0)).expect("the map fits");
+        let (from, goal) = ground.draw(0).expect("the map has two places");
+        let route = ground.route(from, goal).expect("they are joined");
+        let robot = Footprint::new(narrow(KHEPERA_RADIUS_M), route.margin_m).expect("the robot is valid");
+        let (cells, needed) = (route.plan.cells, cells_needed(&ground.planner.raster, &robot));
+        let free = ground.planner.free_cells();
+        println!("{:26} {cells} cells of {free} free, needed at least {needed}", kind.name());
+        assert!(2 * cells <= 3 * needed, "{}: {cells} cells where {needed} places see no other", kind.name());
+    }
+}
+
+/// At 512 × 512 cells there is room for what was beyond the planner's numbers, and the plan is short: at most a tenth
+/// longer than the straight line and a detour that such maps need.
+#[test]
+fn full_maps_of_512_cells_have_a_plan() {
+    for (kind, longest) in [(Kind::Random(0.02), 1.05), (Kind::Random(0.1), 1.08), (Kind::Random(0.3), 1.3)] {
+        let ground = Ground::new(draw(kind, 512, 0)).expect("the map fits");
+        let (from, goal) = ground.draw(0).expect("the map has two places");
+        let route = ground.route(from, goal).unwrap_or_else(|error| panic!("{}: {error}", kind.name()));
+        let ratio = route.plan.length_m(from) / (goal - from).norm();
+        println!("{:26} {ratio:.3} times the straight line", kind.name());
+        assert!(ratio <= longest, "{}: {ratio} times the straight line", kind.name());
+    }
+    for kind in [Kind::Maze(1), Kind::Random(0.4)] {
+        let ground = Ground::new(draw(kind, 512, 0)).expect("the map fits");
+        let (from, goal) = ground.draw(1).expect("the map has two places");
+        assert!(ground.route(from, goal).is_ok(), "{}: {:?}", kind.name(), ground.route(from, goal));
+    }
+}
+
 #[test]
 fn plans_are_at_most_a_tenth_longer_than_the_shortest_way() {
     for kind in [
         Kind::Discs(60.0),
+        Kind::Streets(100.0),
+        Kind::Caves(0.4),
         Kind::Rooms(3),
         Kind::Rooms(6),
+        Kind::Maze(1),
         Kind::Maze(2),
         Kind::Random(0.1),
         Kind::Random(0.2),
+        Kind::Random(0.3),
     ] {
         let (most, plans) = compare(kind);
         println!("{:26} {plans} plans, at most {most:.3} times the shortest way", kind.name());

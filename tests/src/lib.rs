@@ -14,6 +14,8 @@ pub mod statistics;
 
 pub mod maps;
 
+pub mod visibility;
+
 pub mod missions;
 
 pub mod wire;

@@ -1,4 +1,5 @@
-//! Grid maps of the kinds that planners are compared on, drawn by a seed: open, discs, rooms, mazes, random cells.
+//! Grid maps of the kinds that planners are compared on, drawn by a seed: open, discs, streets, caves, rooms, mazes,
+//! random cells.
 
 use controller_core::planning::SIDE_MAX;
 use host_sim::import::{GridMap, MapFrame};
@@ -11,6 +12,10 @@ pub enum Kind {
     Empty,
     /// A disc of 2 to 7 cells radius in every so many cells of the map.
     Discs(f64),
+    /// A house in every so many cells of the map, all turned by about 20° as streets of a town are.
+    Streets(f64),
+    /// Rounded caves as in games: this share of the cells blocked at first, then four times what most neighbours are.
+    Caves(f64),
     /// Square rooms of so many cells, with walls and doors of one cell; a tenth of the doors are shut.
     Rooms(usize),
     /// A maze without loops, of corridors so many cells wide.
@@ -20,17 +25,27 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The kinds that are measured.
-    pub const ALL: [Self; 9] = [
+    /// The kinds that are measured: those of Moving AI's maps of 512 x 512 cells, and some more.
+    pub const ALL: [Self; 19] = [
         Self::Empty,
         Self::Discs(2600.0),
         Self::Discs(220.0),
-        Self::Rooms(32),
-        Self::Rooms(16),
-        Self::Rooms(8),
+        Self::Streets(900.0),
+        Self::Caves(0.4),
+        Self::Rooms(63),
+        Self::Rooms(31),
+        Self::Rooms(15),
+        Self::Rooms(7),
+        Self::Maze(32),
         Self::Maze(8),
         Self::Maze(4),
+        Self::Maze(2),
+        Self::Maze(1),
         Self::Random(0.02),
+        Self::Random(0.1),
+        Self::Random(0.2),
+        Self::Random(0.3),
+        Self::Random(0.4),
     ];
 
     /// Name with its number.
@@ -39,6 +54,8 @@ impl Kind {
         match self {
             Self::Empty => String::from("empty"),
             Self::Discs(cells) => format!("discs, one in {cells} cells"),
+            Self::Streets(cells) => format!("streets, house in {cells} cells"),
+            Self::Caves(share) => format!("caves from {:.0} %", share * 100.0),
             Self::Rooms(side) => format!("rooms of {side}"),
             Self::Maze(width) => format!("maze, corridors of {width}"),
             Self::Random(share) => format!("random, {:.0} %", share * 100.0),
@@ -66,11 +83,11 @@ pub fn draw(kind: Kind, side: usize, seed: u64) -> GridMap {
     match kind {
         Kind::Empty => {}
         Kind::Discs(cells) => discs(&mut map, &mut stream, cells),
+        Kind::Streets(cells) => streets(&mut map, &mut stream, cells),
+        Kind::Caves(share) => caves(&mut map, &mut stream, share),
         Kind::Rooms(room) => rooms(&mut map, &mut stream, room),
         Kind::Maze(width) => maze(&mut map, &mut stream, width),
-        Kind::Random(share) => {
-            map.passable.iter_mut().for_each(|passable| *passable = stream.between(0.0, 1.0) >= share);
-        }
+        Kind::Random(share) => random(&mut map, &mut stream, share),
     }
     map
 }
@@ -104,6 +121,47 @@ fn discs(map: &mut GridMap, stream: &mut Stream, cells: f64) {
                 if dy.abs() < radius && (float(column) + 0.5 - x).hypot(dy) < radius {
                     set(map, column, row, false);
                 }
+            }
+        }
+    }
+}
+
+fn random(map: &mut GridMap, stream: &mut Stream, share: f64) {
+    map.passable.iter_mut().for_each(|passable| *passable = stream.between(0.0, 1.0) >= share);
+}
+
+fn streets(map: &mut GridMap, stream: &mut Stream, cells: f64) {
+    let side = float(map.columns);
+    let mut left = side * side / cells;
+    while left >= 1.0 {
+        left -= 1.0;
+        let (x, y) = (stream.between(0.0, side), stream.between(0.0, side));
+        let (long, wide) = (stream.between(4.0, 16.0), stream.between(3.0, 11.0));
+        let turn = stream.between(0.3, 0.4);
+        let (cos, sin) = (turn.cos(), turn.sin());
+        for row in 0..map.rows {
+            let dy = float(row) + 0.5 - y;
+            for column in 0..map.columns {
+                let dx = float(column) + 0.5 - x;
+                if (cos * dx + sin * dy).abs() < long && (cos * dy - sin * dx).abs() < wide {
+                    set(map, column, row, false);
+                }
+            }
+        }
+    }
+}
+
+fn caves(map: &mut GridMap, stream: &mut Stream, share: f64) {
+    random(map, stream, share);
+    for _ in 0..4 {
+        let before = map.clone();
+        for row in 0..map.rows {
+            for column in 0..map.columns {
+                let near = (0..9).filter(|index| {
+                    let (column, row) = (column + index % 3, row + index / 3);
+                    column > 0 && row > 0 && before.is_passable(column - 1, row - 1)
+                });
+                set(map, column, row, near.count() >= 5);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Few cells, each with a band through it, and the passages between them.
+//! Few cells, each with a band through it, the passages between them, and the corners in them.
 //!
 //! A lattice column is cut into *runs*: intervals where the disc is clear. A **cell** is a row of runs, one per
 //! column, that share a band of rows, its **core**. From any point of a cell the disc can go straight up or down to
@@ -6,111 +6,199 @@
 //! joined by reactive motion" means here. The ragged outline of a rasterised wall stays inside of the cell, where
 //! rectangles would need a sliver for each step.
 //!
-//! A cell ends where its core would become thin against its widest run ([`CORE_SHARE`]): at a doorway in a wall
-//! along y, at the end of a wall. Neighbouring runs of two cells that overlap are a **passage**. Since each run is
-//! in a cell and each overlap is a core or a passage, the disc can go from cell to cell exactly where it can go from
-//! lattice point to lattice point.
+//! A cell ends where no row is left that is clear in all of its columns. Neighbouring runs of two cells that overlap
+//! are a **passage**. Since each run is in a cell and each overlap is a core or a passage, the disc can go from cell
+//! to cell exactly where it can go from lattice point to lattice point.
+//!
+//! A shortest way bends at **corners**: the ends of passages where a wall begins or ends, and, in a cell, the ends of
+//! what hangs lowest into it from above or stands highest in it from below. Those have entries of their own in the
+//! store of passages.
+
+use core::cmp::Ordering;
 
 use super::clearance::{Clearance, Spot};
+use super::index::{Index, number, place};
 use super::workspace::Workspace;
 use super::{Overflow, lattice_index};
 
-/// A cell ends when its core would fall below one part in this many of its widest run.
-///
-/// Chosen because 3 gives about a third fewer cells than 2 on random worlds, and still tells a doorway from its rooms.
-const CORE_SHARE: i32 = 3;
-
-/// No cell, no passage.
-pub(super) const NONE: u16 = u16::MAX;
-
 /// A cell, in lattice rows.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Cell {
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell<I> {
     /// The core: rows that are clear in every column of the cell.
     low: u16,
     high: u16,
-    /// Head of the list of its passages.
-    pub passage: u16,
+    /// Head of the list of its passages and corners.
+    entry: I,
 }
 
-/// A door between two cells: rows `low ..= high` are clear in lattice column `right` and in the one before, and the
-/// step between them is.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Passage {
-    /// The cell on the left, then the one on the right.
-    pub cells: [u16; 2],
-    /// Next passage of either cell's list.
-    next: [u16; 2],
-    /// First column of the cell on the right.
-    right: u16,
-    /// The passage counts as being in this column: `right` or the one before.
-    column: u16,
-    low: u16,
-    high: u16,
-    /// What the rows of column `right` have more: 0, or ±1 for a slanting step between runs that do not overlap.
-    slant: i16,
-}
-
-impl Passage {
-    /// Both ends are the same.
-    pub fn is_point(&self) -> bool {
-        self.low == self.high
-    }
-
-    /// Lower (0) or upper end.
-    pub fn end(&self, end: usize) -> Spot {
-        self.at(end, self.column)
-    }
-
-    /// The lattice point of `cell` at an end of the passage. Either cell may go on beside the other, so that only its
-    /// own column is surely its own.
-    pub fn entry(&self, end: usize, cell: u16) -> Spot {
-        self.at(end, if self.cells[0] == cell { self.right.saturating_sub(1) } else { self.right })
-    }
-
-    fn at(&self, end: usize, column: u16) -> Spot {
-        let row = if end == 0 { self.low } else { self.high };
-        let slant = if column == self.right { f32::from(self.slant) } else { 0.0 };
-        Spot { x: f32::from(column), y: f32::from(row) + slant }
-    }
-
-    /// The passage after this one in the list of `cell`.
-    pub fn next_of(&self, cell: u16) -> u16 {
-        let [left, right] = self.next;
-        if self.cells[0] == cell { left } else { right }
-    }
-}
-
-impl Cell {
+impl<I> Cell<I> {
     /// The nearest point of the core, same column.
     pub fn core(&self, spot: Spot) -> Spot {
         Spot { x: spot.x, y: spot.y.clamp(f32::from(self.low), f32::from(self.high.max(self.low))) }
     }
 }
 
-/// The run of an open cell in the last column.
-#[derive(Clone, Copy, Debug, Default)]
-struct Run {
-    cell: u16,
+/// What kind of entry.
+const CORNER_ONLY: u8 = 1;
+/// The bend is at the high end.
+const HIGH: u8 = 2;
+/// The bend is in the column before `right`.
+const LEFT: u8 = 4;
+/// Only a corner in one cell: `slant` says how many columns beside the outline's corner the bend is. [`HIGH`] then
+/// tells that the wall is above.
+const BESIDE: u8 = 8;
+/// And the wall is on the right of the bend.
+const RIGHT: u8 = 16;
+
+/// A door between two cells: rows `low ..= high` are clear in lattice column `right` and in the one before, and the
+/// step between them is. Or a corner, in one cell or between two.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passage<I> {
+    /// The cell on the left, then the one on the right; a corner in a cell has no second.
+    cells: [I; 2],
+    /// Next entry of either cell's list.
+    next: [I; 2],
+    /// First column of the cell on the right.
+    right: u16,
     low: u16,
     high: u16,
-    /// Widest run of the cell so far.
-    widest: u16,
+    /// What the rows of column `right` have more: 0, or ±1 for a slanting step between runs that do not overlap. Or see
+    /// [`BESIDE`].
+    slant: i8,
+    /// [`CORNER_ONLY`], [`HIGH`], [`LEFT`].
+    bits: u8,
 }
 
-impl Run {
+impl<I: Index> Passage<I> {
+    fn has(&self, bit: u8) -> bool {
+        self.bits & bit != 0
+    }
+
+    /// One can go through, and more than one place is to choose from. A single place may as well count as a bend.
+    pub fn is_wide(&self) -> bool {
+        self.is_passage() && self.low < self.high
+    }
+
+    /// No mere corner.
+    pub fn is_passage(&self) -> bool {
+        !self.has(CORNER_ONLY)
+    }
+
+    /// The cells on both sides.
+    pub fn cells(&self) -> [u32; 2] {
+        self.cells.map(Index::get)
+    }
+
+    /// Where a way through or by here bends.
+    pub fn bend(&self) -> Spot {
+        let spot = self.at(if self.has(LEFT) { self.right.saturating_sub(1) } else { self.right });
+        if self.has(BESIDE) { Spot { x: spot.x + f32::from(self.slant), ..spot } } else { spot }
+    }
+
+    /// The lattice point of `cell` at the bend. Either cell may go on beside the other, so that only its own column is
+    /// surely its own.
+    pub fn bend_in(&self, cell: u32) -> Spot {
+        self.at(if self.cells[0].get() == cell { self.right.saturating_sub(1) } else { self.right })
+    }
+
+    fn at(&self, column: u16) -> Spot {
+        let row = if self.has(HIGH) { self.high } else { self.low };
+        let slant = if column == self.right { f32::from(self.slant) } else { 0.0 };
+        Spot { x: f32::from(column), y: f32::from(row) + slant }
+    }
+
+    /// Whether a way that bends here can be taut when it comes from, or goes to, a place that is `dx` and `dy` away:
+    /// the wall must be in the inside of the bend. Of passages: always, since they are needed to get on at all.
+    pub fn can_be_taut(&self, dx: f32, dy: f32, reach: f32) -> bool {
+        if !self.has(BESIDE) {
+            return true;
+        }
+        let along = if self.has(RIGHT) { dx } else { -dx };
+        let up = if self.has(HIGH) { dy } else { -dy };
+        // A bend is beside the wall by about the disc's radius.
+        let room = 2.0 * reach;
+        !(along > room && up > room || along < -room && up < -room)
+    }
+
+    /// Where the shortest way between two places crosses the passage, were nothing else in the way.
+    pub fn crossing(&self, a: Spot, b: Spot) -> Spot {
+        let x = self.bend().x;
+        let (from_a, from_b) = ((x - a.x).abs(), (x - b.x).abs());
+        let sum = from_a + from_b;
+        let share = if sum > 0.0 { from_a / sum } else { 0.5 };
+        let y = a.y + share * (b.y - a.y);
+        Spot { x, y: y.clamp(f32::from(self.low), f32::from(self.high)) }
+    }
+
+    /// The entry after this one in the list of `cell`.
+    fn next_of(&self, cell: u32) -> u32 {
+        let [left, right] = self.next;
+        if self.cells[0].get() == cell { left.get() } else { right.get() }
+    }
+}
+
+/// The run of an open cell in the last column.
+#[derive(Clone, Copy, Debug)]
+struct Run<I> {
+    cell: I,
+    low: u16,
+    high: u16,
+    /// Since how many columns the upper and the lower end are where they last came inwards to; or see [`NOTED`] and
+    /// [`OUT`].
+    since: [u8; 2],
+}
+
+/// What [`Run::since`] says of an end: it came inwards before this cell began or so long ago that it is noted already,
+const NOTED: u8 = 127;
+/// or it went outwards, so many columns less ago.
+const OUT: u8 = 128;
+
+impl<I> Run<I> {
     /// First and last row.
     fn rows(&self) -> (i32, i32) {
         (i32::from(self.low), i32::from(self.high))
     }
 }
 
+/// After the sweep: how many passages a cell has left, in `low`, and the exclusive or of their numbers, in `cell`,
+/// which is the number of the last one.
+impl<I: Index> Run<I> {
+    fn counter() -> Self {
+        Self { cell: I::of(0), low: 0, high: 0, since: [0; 2] }
+    }
+
+    fn count(&mut self, passage: u32, times: u16) {
+        self.cell = I::of(self.cell.get() ^ passage);
+        self.low = self.low.saturating_add(times);
+    }
+
+    fn discount(&mut self, passage: u32) {
+        self.cell = I::of(self.cell.get() ^ passage);
+        // More than can be counted stay so many: such a cell is no dead end.
+        self.low -= u16::from(self.low != u16::MAX && self.low > 0);
+    }
+
+    /// The number of the only passage, which is then gone.
+    fn take_last(&mut self) -> Option<u32> {
+        let is_last = self.low == 1;
+        if is_last {
+            self.low = 0;
+        }
+        is_last.then_some(self.cell.get())
+    }
+
+    /// Whether a way may lead through the cell.
+    fn is_alive(&self) -> bool {
+        self.low > 0
+    }
+}
+
 /// The cells and passages of one raster, for one disc.
-pub(super) struct Decomposition<const CELLS: usize, const PASSAGES: usize> {
-    pub cells: heapless::Vec<Cell, CELLS>,
-    pub passages: heapless::Vec<Passage, PASSAGES>,
-    previous: heapless::Vec<Run, CELLS>,
-    current: heapless::Vec<Run, CELLS>,
+pub(super) struct Decomposition<I, const CELLS: usize, const PASSAGES: usize> {
+    pub cells: heapless::Vec<Cell<I>, CELLS>,
+    pub passages: heapless::Vec<Passage<I>, PASSAGES>,
+    previous: heapless::Vec<Run<I>, CELLS>,
+    current: heapless::Vec<Run<I>, CELLS>,
 }
 
 /// Length of the overlap of two intervals of lattice points; 0 when they share none.
@@ -118,7 +206,7 @@ fn overlap(a: (i32, i32), b: (i32, i32)) -> i32 {
     (a.1.min(b.1) - a.0.max(b.0) + 1).max(0)
 }
 
-impl<const CELLS: usize, const PASSAGES: usize> Decomposition<CELLS, PASSAGES> {
+impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS, PASSAGES> {
     pub const fn new() -> Self {
         Self {
             cells: heapless::Vec::new(),
@@ -129,25 +217,27 @@ impl<const CELLS: usize, const PASSAGES: usize> Decomposition<CELLS, PASSAGES> {
     }
 
     /// Sweeps the raster from left to right, and says in which cells the lattice points of `anchors` are
-    /// ([`NONE`] where they are not clear).
+    /// ([`Index::NONE`] where they are not clear).
     pub fn build<W: Workspace, const A: usize>(
         &mut self,
         clearance: &Clearance<'_, W>,
         anchors: [(i32, i32); A],
-    ) -> Result<[u16; A], Overflow> {
+    ) -> Result<[u32; A], Overflow> {
         self.cells.clear();
         self.passages.clear();
         self.previous.clear();
-        let mut found = [NONE; A];
-        for x in 0..clearance.lattice_columns() {
+        let mut found = [I::NONE; A];
+        for x in 0..=clearance.lattice_columns() {
             self.current.clear();
             let mut walk = clearance.column(x);
+            let mut behind = 0;
             while let Some(run) = clearance.next_run(&mut walk) {
-                self.add_run(clearance, x, run)?;
+                self.add_run(clearance, x, run, &mut behind)?;
             }
+            self.end_runs(clearance, x)?;
             for (cell, (_, y)) in found.iter_mut().zip(anchors).filter(|(_, anchor)| anchor.0 == x) {
                 if let Some(run) = self.current.iter().find(|run| run.rows().0 <= y && y <= run.rows().1) {
-                    *cell = run.cell;
+                    *cell = run.cell.get();
                 }
             }
             // Only what is there: to exchange both stores takes a large planner a third of its time. Both have the same
@@ -155,97 +245,272 @@ impl<const CELLS: usize, const PASSAGES: usize> Decomposition<CELLS, PASSAGES> {
             self.previous.clear();
             let _ = self.previous.extend_from_slice(&self.current);
         }
-        self.link();
+        self.link(found);
         Ok(found)
     }
 
-    /// Puts a run of column `x` into the cell it continues, or a new one, and notes its passages.
+    /// Puts a run of column `x` into the cell it continues, or a new one, and notes its passages. The runs of the last
+    /// column before number `behind` end below.
     fn add_run<W: Workspace>(
         &mut self,
         clearance: &Clearance<'_, W>,
         x: i32,
         (low, high): (i32, i32),
+        behind: &mut usize,
     ) -> Result<(), Overflow> {
-        let mut best: Option<(i32, Run)> = None;
-        let before = |run: &&Run| run.rows().1 < low;
-        let beside = |run: &&Run| run.rows().0 <= high;
-        for run in self.previous.iter().skip_while(before).take_while(beside) {
-            let shared = overlap((low, high), run.rows());
-            let taken = self.current.iter().any(|other| other.cell == run.cell);
-            if !taken && self.continues(run, (low, high)) && best.is_none_or(|(most, _)| shared > most) {
-                best = Some((shared, *run));
-            }
+        while self.previous.get(*behind).is_some_and(|run| run.rows().1 + 1 < low) {
+            *behind += 1;
         }
-        let length = lattice_index(high - low + 1);
-        let run = if let Some((_, run)) = best {
-            let cell = self.cells.get_mut(usize::from(run.cell)).ok_or(Overflow::Cells)?;
-            cell.low = cell.low.max(lattice_index(low));
-            cell.high = cell.high.min(lattice_index(high));
-            Run { low: lattice_index(low), high: lattice_index(high), widest: run.widest.max(length), ..run }
-        } else {
-            let cell = u16::try_from(self.cells.len()).map_err(|_| Overflow::Cells)?;
-            let new = Cell { low: lattice_index(low), high: lattice_index(high), passage: NONE };
-            self.cells.push(new).map_err(|_| Overflow::Cells)?;
-            Run { cell, low: lattice_index(low), high: lattice_index(high), widest: length }
-        };
-        self.current.push(run).map_err(|_| Overflow::Cells)?;
-        for other in self.previous.iter().skip_while(|other| other.rows().1 + 1 < low) {
-            let (other_low, other_high) = other.rows();
-            if other_low > high + 1 {
+        let mut best: Option<(i32, usize)> = None;
+        for (index, run) in self.previous.iter().enumerate().skip(*behind) {
+            if run.rows().0 > high {
                 break;
             }
-            let (first, last) = (low.max(other_low), high.min(other_high));
-            // Runs that only meet at a corner: a slanting gap that just lets the disc through.
-            let slant = if last < first { (low - other_high).signum() } else { 0 };
-            let row = if slant > 0 { other_high } else { other_low };
-            let step = (Spot::lattice(x - 1, row), Spot::lattice(x, row + slant));
-            if other.cell == run.cell || (slant != 0 && !clearance.is_clear(step.0, step.1)) {
-                continue;
+            let shared = overlap((low, high), run.rows());
+            // Another run of this column can have taken the cell only if it overlaps the same run.
+            let beside = |other: &&Run<I>| other.rows().1 >= run.rows().0;
+            let taken = self.current.iter().rev().take_while(beside).any(|other| other.cell == run.cell);
+            if !taken && self.continues(run, (low, high)) && best.is_none_or(|(most, _)| shared > most) {
+                best = Some((shared, index));
             }
-            let (first, last) = if slant == 0 { (first, last) } else { (row, row) };
-            let new = Passage {
-                cells: [other.cell, run.cell],
-                next: [NONE; 2],
-                right: lattice_index(x),
-                // The corner to go round is at the end of the shorter run.
-                column: lattice_index(if other_high - other_low < high - low { x - 1 } else { x }),
-                low: lattice_index(first),
-                high: lattice_index(last),
-                slant: i16::try_from(slant).unwrap_or(0),
+        }
+        let run = if let Some((_, index)) = best {
+            self.go_on(clearance, x, (low, high), index)?
+        } else {
+            let cell = I::of(number(self.cells.len()));
+            let (low, high) = (lattice_index(low), lattice_index(high));
+            self.cells.push(Cell { low, high, entry: I::of(I::NONE) }).map_err(|_| Overflow::Cells)?;
+            Run { cell, low, high, since: [NOTED; 2] }
+        };
+        self.current.push(run).map_err(|_| Overflow::Cells)?;
+        for index in *behind..self.previous.len() {
+            let Some(other) = self.previous.get(index).copied().filter(|other| other.rows().0 <= high + 1)
+            else {
+                break;
             };
-            self.passages.push(new).map_err(|_| Overflow::Passages)?;
+            if other.cell != run.cell {
+                self.add_passage(clearance, x, &other, &run)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The next run of the cell of run `index` of the last column, and the corners that it shows.
+    fn go_on<W: Workspace>(
+        &mut self,
+        clearance: &Clearance<'_, W>,
+        x: i32,
+        (low, high): (i32, i32),
+        index: usize,
+    ) -> Result<Run<I>, Overflow> {
+        let Some(run) = self.previous.get_mut(index) else { return Err(Overflow::Cells) };
+        let last = *run;
+        // So that [`Self::end_runs`] leaves it.
+        run.since = [NOTED; 2];
+        let (low, high) = (lattice_index(low), lattice_index(high));
+        if let Some(cell) = self.cells.get_mut(place(last.cell.get())) {
+            (cell.low, cell.high) = (cell.low.max(low), cell.high.min(high));
+        }
+        let mut next = Run { low, high, ..last };
+        let inwards = [last.high.cmp(&high), low.cmp(&last.low)];
+        // Shorter ones are those of the disc's own roundness at one corner.
+        let step = (clearance.reach_columns() / 4).clamp(2, 4);
+        let ends = [(last.high, true), (last.low, false)];
+        for ((since, inwards), (row, is_upper)) in next.since.iter_mut().zip(inwards).zip(ends) {
+            let begins = (1..NOTED).contains(since).then(|| (x - i32::from(*since), row));
+            let columns = if *since < OUT { *since } else { *since - OUT + 1 };
+            let has_stayed = i32::from(columns) >= step;
+            match inwards {
+                // A step of a staircase is a corner too, so that a way can be joined round it bend by bend.
+                Ordering::Greater => {
+                    if let Some(at) = begins.filter(|_| has_stayed) {
+                        self.add_corner(clearance, at, -1, is_upper, last.cell)?;
+                    }
+                    *since = 1;
+                }
+                Ordering::Equal => {
+                    *since = if *since == NOTED { NOTED } else { since.saturating_add(1) };
+                    if let Some(at) = begins.filter(|_| *since == NOTED) {
+                        self.add_corner(clearance, at, -1, is_upper, last.cell)?;
+                    }
+                }
+                Ordering::Less => {
+                    if let Some(at) = begins.filter(|_| has_stayed) {
+                        self.add_corner(clearance, at, -1, is_upper, last.cell)?;
+                    }
+                    if *since < OUT || has_stayed {
+                        self.add_corner(clearance, (x - 1, row), 1, is_upper, last.cell)?;
+                    }
+                    *since = OUT;
+                }
+            }
+        }
+        Ok(next)
+    }
+
+    /// Notes the corners of the runs of the last column that no run of column `x` goes on with.
+    fn end_runs<W: Workspace>(&mut self, clearance: &Clearance<'_, W>, x: i32) -> Result<(), Overflow> {
+        for index in 0..self.previous.len() {
+            let Some(run) = self.previous.get(index).copied() else { break };
+            for (since, (row, is_upper)) in run.since.into_iter().zip([(run.high, true), (run.low, false)]) {
+                if (1..NOTED).contains(&since) {
+                    self.add_corner(clearance, (x - i32::from(since), row), -1, is_upper, run.cell)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes a corner of a cell at a lattice point, where what is above or below begins (`side` −1) or ends (1).
+    ///
+    /// There the disc touches the wall's end from above or below. Where there is room the bend is as far to the side as
+    /// the disc must be to pass the wall's end beside it, so that both what is along the wall and what is round its end
+    /// is in straight reach.
+    fn add_corner<W: Workspace>(
+        &mut self,
+        clearance: &Clearance<'_, W>,
+        (x, row): (i32, u16),
+        side: i32,
+        is_upper: bool,
+        cell: I,
+    ) -> Result<(), Overflow> {
+        let none = I::of(I::NONE);
+        let spot = |x| Spot::lattice(x, i32::from(row));
+        let mut beside = side * clearance.reach_columns();
+        // Half of it goes round half of the bend.
+        while beside != 0 && !clearance.is_clear(spot(x), spot(x + beside)) {
+            beside /= 2;
+        }
+        let corner = Passage {
+            cells: [cell, none],
+            next: [none; 2],
+            right: lattice_index(x + 1),
+            low: row,
+            high: row,
+            slant: i8::try_from(beside).unwrap_or(0),
+            bits: CORNER_ONLY
+                | LEFT
+                | BESIDE
+                | if is_upper { HIGH } else { 0 }
+                | if side < 0 { RIGHT } else { 0 },
+        };
+        self.passages.push(corner).map_err(|_| Overflow::Passages)
+    }
+
+    /// Notes the passage between a run of the last column and one of column `x` that overlap or meet at a corner.
+    fn add_passage<W: Workspace>(
+        &mut self,
+        clearance: &Clearance<'_, W>,
+        x: i32,
+        left: &Run<I>,
+        right: &Run<I>,
+    ) -> Result<(), Overflow> {
+        let ((left_low, left_high), (low, high)) = (left.rows(), right.rows());
+        let (first, last) = (low.max(left_low), high.min(left_high));
+        // Runs that only meet at a corner: a slanting gap that just lets the disc through.
+        let slant = if last < first { (low - left_high).signum() } else { 0 };
+        let row = if slant > 0 { left_high } else { left_low };
+        let step = (Spot::lattice(x - 1, row), Spot::lattice(x, row + slant));
+        if slant != 0 && !clearance.is_clear(step.0, step.1) {
+            return Ok(());
+        }
+        let (first, last) = if slant == 0 { (first, last) } else { (row, row) };
+        let none = I::of(I::NONE);
+        let mut entry = Passage {
+            cells: [left.cell, right.cell],
+            next: [none; 2],
+            right: lattice_index(x),
+            low: lattice_index(first),
+            high: lattice_index(last),
+            slant: i8::try_from(slant).unwrap_or(0),
+            bits: 0,
+        };
+        // An end is a corner where one of the runs goes on beyond. The bend is in its column: from there both what is
+        // along the wall and what is round its end is in straight reach.
+        let low_bits = if left_low < low { LEFT } else { 0 };
+        let high_bits = HIGH | if left_high > high { LEFT } else { 0 };
+        let is_corner = [left_low != low, left_high != high];
+        entry.bits = if is_corner[1] && !is_corner[0] { high_bits } else { low_bits };
+        self.passages.push(entry).map_err(|_| Overflow::Passages)?;
+        if is_corner == [true; 2] && first < last {
+            entry.bits = CORNER_ONLY | high_bits;
+            self.passages.push(entry).map_err(|_| Overflow::Passages)?;
         }
         Ok(())
     }
 
     /// Whether the cell of `run` may go on with the run `low ..= high` of the next column.
-    fn continues(&self, run: &Run, (low, high): (i32, i32)) -> bool {
-        let Some(cell) = self.cells.get(usize::from(run.cell)) else { return false };
-        let core = i32::from(cell.high).min(high) - i32::from(cell.low).max(low) + 1;
-        core > 0 && CORE_SHARE * core >= i32::from(run.widest).max(high - low + 1)
+    fn continues(&self, run: &Run<I>, (low, high): (i32, i32)) -> bool {
+        self.cells
+            .get(place(run.cell.get()))
+            .is_some_and(|cell| i32::from(cell.low).max(low) <= i32::from(cell.high).min(high))
     }
 
-    /// Threads each passage on the lists of its two cells.
-    fn link(&mut self) {
+    /// Threads the entries on the lists of their cells, except those of dead ends.
+    fn link<const A: usize>(&mut self, keep: [u32; A]) {
+        self.find_dead_ends(keep);
+        let is_alive = |cell: I| {
+            cell.get() == I::NONE || self.previous.get(place(cell.get())).is_some_and(Run::is_alive)
+        };
         for (index, passage) in self.passages.iter_mut().enumerate().rev() {
+            if !passage.cells.into_iter().all(is_alive) {
+                continue;
+            }
             for (next, cell) in passage.next.iter_mut().zip(passage.cells) {
-                if let Some(cell) = self.cells.get_mut(usize::from(cell)) {
-                    *next = cell.passage;
-                    cell.passage = u16::try_from(index).unwrap_or(NONE);
+                if let Some(cell) = self.cells.get_mut(place(cell.get())) {
+                    *next = cell.entry;
+                    cell.entry = I::of(number(index));
                 }
             }
         }
     }
 
-    /// The passage of that index.
-    pub fn passage(&self, index: u16) -> Option<&Passage> {
-        self.passages.get(usize::from(index))
+    /// Finds the cells that no way between the cells of `keep` needs, since it would have to leave by the passage that
+    /// it came in by: one passage after the other is taken from cells that have no other. Of a maze this leaves little
+    /// but the way.
+    ///
+    /// The runs are not needed any more, and their store holds a [`Run`] for each cell that counts its passages.
+    fn find_dead_ends<const A: usize>(&mut self, keep: [u32; A]) {
+        self.previous.clear();
+        for _ in 0..self.cells.len() {
+            // One for each cell: the capacity is the same.
+            let _ = self.previous.push(Run::counter());
+        }
+        for (index, passage) in self.passages.iter().enumerate().filter(|(_, passage)| passage.is_passage()) {
+            for cell in passage.cells {
+                if let Some(counter) = self.previous.get_mut(place(cell.get())) {
+                    counter.count(number(index), 1);
+                }
+            }
+        }
+        for cell in keep {
+            if let Some(counter) = self.previous.get_mut(place(cell)) {
+                // More than there are: never down to the last.
+                counter.count(0, 2);
+            }
+        }
+        for first in 0..self.cells.len() {
+            let mut cell = first;
+            while let Some(last) = self.previous.get_mut(cell).and_then(Run::take_last) {
+                let Some(passage) = self.passages.get(place(last)) else { break };
+                let [left, right] = passage.cells.map(|cell| place(cell.get()));
+                cell = if left == cell { right } else { left };
+                if let Some(counter) = self.previous.get_mut(cell) {
+                    counter.discount(last);
+                }
+            }
+        }
     }
 
-    /// The passages of a cell, as indices.
-    pub fn passages_of(&self, cell: u16) -> impl Iterator<Item = u16> + '_ {
-        let head = self.cells.get(usize::from(cell)).map_or(NONE, |cell| cell.passage);
-        core::iter::successors(Some(head), move |&index| Some(self.passage(index)?.next_of(cell)))
-            .take_while(|&index| index != NONE)
+    /// The entry of that number.
+    pub fn passage(&self, number: u32) -> Option<&Passage<I>> {
+        self.passages.get(place(number))
+    }
+
+    /// The passages and corners of a cell.
+    pub fn entries_of(&self, cell: u32) -> impl Iterator<Item = (u32, &Passage<I>)> + '_ {
+        let head = self.cells.get(place(cell)).map_or(I::NONE, |cell| cell.entry.get());
+        let with_number = |number| self.passage(number).map(|passage| (number, passage));
+        core::iter::successors(with_number(head), move |(_, passage)| with_number(passage.next_of(cell)))
     }
 }

@@ -27,21 +27,14 @@ const STENCIL: usize = 52;
 /// of 4096 cells). On a 10 mm raster this is 10 µm.
 const TOLERANCE: f32 = 4e-3;
 
-/// How precisely bends are placed.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Effort {
-    /// Halvings of the way that a bend can be moved.
-    pub halvings: u8,
-    /// How often all bends of a way through a cell are tightened.
-    pub tightenings: u8,
-}
+/// Halvings of the way that a bend can be moved.
+pub(super) const HALVINGS: u8 = 6;
 
-impl Effort {
-    /// For the way that is driven.
-    pub const FINE: Self = Self { halvings: 6, tightenings: 3 };
-    /// For the many that are compared: a way through a cell costs dozens of swept tests.
-    pub const COARSE: Self = Self { halvings: 4, tightenings: 1 };
-}
+/// What [`HALVINGS`] leave of the way.
+const LEAST_SHARE: f32 = 1.0 / 64.0;
+
+/// How often all bends of a way through a cell are tightened.
+const TIGHTENINGS: u8 = 3;
 
 /// A point in quarter-cells from the lower left corner of the raster.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -90,13 +83,15 @@ pub(super) struct Clearance<'a, W> {
     threshold: i32,
 }
 
-/// One raster column near a lattice column: which of its wall cells is the next on the way up.
+/// One raster column near a lattice column, and which of its wall cells is the next on the way up.
 #[derive(Clone, Copy, Default)]
 struct Cursor {
     column: i32,
     /// How far above and below a wall cell of this column the disc's centre must stay, in quarter-cells.
     extent: i32,
-    row: i32,
+    /// Between these rows, both excluded, the disc touches that wall cell.
+    from: i32,
+    to: i32,
 }
 
 /// A walk up one lattice column from clear run to clear run.
@@ -118,6 +113,12 @@ impl<'a, W: Workspace> Clearance<'a, W> {
     /// Number of lattice columns.
     pub fn lattice_columns(&self) -> i32 {
         FINENESS * self.columns + 1
+    }
+
+    /// How many lattice columns beside a wall's end the disc is clear of it.
+    pub fn reach_columns(&self) -> i32 {
+        let within = floor(self.reach);
+        if within * within >= self.threshold { within } else { within + 1 }
     }
 
     /// Whether the raster cell is there and free.
@@ -156,7 +157,7 @@ impl<'a, W: Workspace> Clearance<'a, W> {
             }
             // Beside the raster everything is wall: no point of this lattice column is clear.
             let outside = column < 0 || column >= self.columns;
-            let full = cursors.push(Cursor { column, extent, row: -1 }).is_err();
+            let full = cursors.push(Cursor { column, extent, from: i32::MIN, to: i32::MIN }).is_err();
             if outside || full {
                 return Column { cursors: heapless::Vec::new(), from: i32::MAX };
             }
@@ -171,16 +172,16 @@ impl<'a, W: Workspace> Clearance<'a, W> {
         while y <= top {
             let (mut blocked_until, mut clear_until) = (y, top);
             for cursor in &mut walk.cursors {
-                // The first row that is not left behind; a cursor only goes up, and stops above the raster.
-                let least = (y - FINENESS - cursor.extent).div_euclid(FINENESS) + 1;
-                if cursor.row < least {
-                    cursor.row = self.next_wall(cursor.column, least);
+                if cursor.to <= y {
+                    // The first row that is not left behind; a cursor only goes up, and stops above the raster.
+                    let least = (y - FINENESS - cursor.extent).div_euclid(FINENESS) + 1;
+                    let bottom = FINENESS * self.next_wall(cursor.column, least);
+                    (cursor.from, cursor.to) = (bottom - cursor.extent, bottom + FINENESS + cursor.extent);
                 }
-                let bottom = FINENESS * cursor.row;
-                if bottom - cursor.extent < y {
-                    blocked_until = blocked_until.max(bottom + FINENESS + cursor.extent);
+                if cursor.from < y {
+                    blocked_until = blocked_until.max(cursor.to);
                 } else {
-                    clear_until = clear_until.min(bottom - cursor.extent);
+                    clear_until = clear_until.min(cursor.from);
                 }
             }
             if blocked_until == y {
@@ -224,10 +225,15 @@ impl<'a, W: Workspace> Clearance<'a, W> {
     }
 
     /// The bend `b` between `a` and `c`, moved towards the line between them as far as the way stays clear.
-    pub fn tightened(&self, a: Spot, b: Spot, c: Spot, effort: Effort) -> Spot {
+    pub fn tightened(&self, a: Spot, b: Spot, c: Spot) -> Spot {
         let target = nearest_on(a, c, b);
         let (mut clear, mut blocked) = (0.0, 1.0);
-        for _ in 0..effort.halvings {
+        // Most bends are tight, and the least step tells.
+        let least = b.towards(target, LEAST_SHARE);
+        if !(self.is_clear(a, least) && self.is_clear(least, c)) {
+            return b;
+        }
+        for _ in 0..HALVINGS {
             let middle = 0.5 * (clear + blocked);
             let moved = b.towards(target, middle);
             if self.is_clear(a, moved) && self.is_clear(moved, c) {
@@ -240,11 +246,11 @@ impl<'a, W: Workspace> Clearance<'a, W> {
     }
 
     /// Tightens all bends of a way in turn; its ends stay.
-    pub fn tighten(&self, way: &mut [Spot], effort: Effort) {
-        for _ in 0..effort.tightenings {
+    pub fn tighten(&self, way: &mut [Spot]) {
+        for _ in 0..TIGHTENINGS {
             for index in 2..way.len() {
                 if let Some([a, b, c]) = way.get_mut(index - 2..=index) {
-                    *b = self.tightened(*a, *b, *c, effort);
+                    *b = self.tightened(*a, *b, *c);
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! From a way through the passages to checkpoints: pull it taut, round its corners, move it to the middle of doors.
 
-use super::clearance::{Clearance, Effort, Spot};
+use super::clearance::{Clearance, Spot};
 use super::workspace::Workspace;
 
 /// A gap up to this many disc diameters wide is a doorway, and gets a checkpoint in its middle.
@@ -17,6 +17,13 @@ const DOORWAY_DETOUR: f32 = 1.05;
 /// A corner is cut into two when that saves this share of the whole way; less is not worth a checkpoint.
 const CORNER_SAVING: f32 = 0.005;
 
+/// Or this share of the two joins that meet there: where a long way bends at each step, as in a maze, no single corner is
+/// much of the whole.
+const SHARP_SAVING: f32 = 0.02;
+
+/// Places where the width of the way is taken, in radii of the disc: the middle of a doorway is as exact as this.
+const SAMPLING: f32 = 0.25;
+
 /// Corners cut at most per plan and pass, so that the time is bounded whatever the map.
 const CORNER_PASSES: usize = 3;
 
@@ -26,6 +33,14 @@ struct Bend {
     spot: Spot,
     /// In the middle of a doorway: not to be dropped or moved.
     door: bool,
+    /// Cannot be moved while its neighbours stay where they are.
+    tight: bool,
+}
+
+impl Bend {
+    fn at(spot: Spot) -> Self {
+        Self { spot, door: false, tight: false }
+    }
 }
 
 /// No room for another checkpoint.
@@ -58,7 +73,7 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
         if let Some(pending) = self.pending
             && !self.clearance.is_clear(self.before(self.bends.len()), spot)
         {
-            self.bends.push(Bend { spot: pending, door: false }).map_err(|_| Full)?;
+            self.bends.push(Bend::at(pending)).map_err(|_| Full)?;
         }
         self.pending = Some(spot);
         Ok(())
@@ -67,7 +82,7 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
     /// Ends the way at the last spot, and makes it short and fit to drive.
     pub fn finish(mut self) -> Result<heapless::Vec<Spot, N>, Full> {
         if let Some(goal) = self.pending.take() {
-            self.bends.push(Bend { spot: goal, door: false }).map_err(|_| Full)?;
+            self.bends.push(Bend::at(goal)).map_err(|_| Full)?;
         }
         self.drop_needless();
         for _ in 0..CORNER_PASSES {
@@ -97,14 +112,27 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
 
     /// Drops bends whose neighbours see each other, doors excepted.
     fn drop_needless(&mut self) {
-        let mut index = 0;
-        while index + 1 < self.bends.len() {
-            let door = self.bends.get(index).is_some_and(|bend| bend.door);
-            if !door && self.clearance.is_clear(self.before(index), self.spot(index + 1)) {
-                self.bends.remove(index);
-            } else {
-                index += 1;
+        let mut kept = 0;
+        for index in 0..self.bends.len() {
+            let Some(bend) = self.bends.get(index).copied() else { break };
+            let is_last = index + 1 == self.bends.len();
+            if !is_last && !bend.door && self.clearance.is_clear(self.before(kept), self.spot(index + 1)) {
+                self.loosen(kept.saturating_sub(1));
+                self.loosen(index + 1);
+                continue;
             }
+            if let Some(place) = self.bends.get_mut(kept) {
+                *place = bend;
+            }
+            kept += 1;
+        }
+        self.bends.truncate(kept);
+    }
+
+    /// A neighbour of that bend has moved.
+    fn loosen(&mut self, index: usize) {
+        if let Some(bend) = self.bends.get_mut(index) {
+            bend.tight = false;
         }
     }
 
@@ -113,9 +141,17 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
         for _ in 0..4 {
             for index in 0..self.bends.len().saturating_sub(1) {
                 let (a, b, c) = (self.before(index), self.spot(index), self.spot(index + 1));
-                let spot = self.clearance.tightened(a, b, c, Effort::FINE);
+                if self.bends.get(index).is_some_and(|bend| bend.tight) {
+                    continue;
+                }
+                let spot = self.clearance.tightened(a, b, c);
+                let tight = spot == b;
                 if let Some(bend) = self.bends.get_mut(index) {
-                    bend.spot = spot;
+                    (bend.spot, bend.tight) = (spot, tight);
+                }
+                if !tight {
+                    self.loosen(index.saturating_sub(1));
+                    self.loosen(index + 1);
                 }
             }
         }
@@ -127,7 +163,8 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
         let mut index = 0;
         while index + 1 < self.bends.len() && self.bends.len() < N {
             let (a, b, c) = (self.before(index), self.spot(index), self.spot(index + 1));
-            let mut best = (worth, None);
+            let local = SHARP_SAVING * (a.distance_to(b) + b.distance_to(c));
+            let mut best = (worth.min(local), None);
             for share in [0.75, 0.5, 0.25, 0.125] {
                 let (first, second) = (b.towards(a, share), b.towards(c, share));
                 let saving = first.distance_to(b) + b.distance_to(second) - first.distance_to(second);
@@ -137,10 +174,12 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
             }
             if let (_, Some((first, second))) = best {
                 if let Some(bend) = self.bends.get_mut(index) {
-                    bend.spot = first;
+                    *bend = Bend::at(first);
                 }
+                self.loosen(index.saturating_sub(1));
+                self.loosen(index + 1);
                 // There is room: the loop's condition.
-                let _ = self.bends.insert(index + 1, Bend { spot: second, door: false });
+                let _ = self.bends.insert(index + 1, Bend::at(second));
                 index += 1;
             }
             index += 1;
@@ -188,10 +227,10 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
                     .ok_or(index)?;
                 let end = (seen..last).find(|&i| self.clearance.is_clear(self.spot(i), to)).ok_or(index)?;
                 for i in seen..=end {
-                    bends.push(Bend { spot: self.spot(i), door: false }).map_err(|_| index)?;
+                    bends.push(Bend::at(self.spot(i))).map_err(|_| index)?;
                 }
             }
-            bends.push(Bend { spot: to, door: door.is_some() }).map_err(|_| index)?;
+            bends.push(Bend { door: door.is_some(), ..Bend::at(to) }).map_err(|_| index)?;
             (from, first) = (to, last);
         }
         Ok(bends)
@@ -222,7 +261,7 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
             let mut at = 0.0;
             while at < length {
                 let spot = a.towards(b, at / length);
-                at += reach.max(1.0);
+                at += (SAMPLING * reach).max(1.0);
                 let gap = self.gap(spot);
                 match (&mut found, gap) {
                     (Some(narrow), Some((width, _))) => narrow.go_on(index, spot, width),

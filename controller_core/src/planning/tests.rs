@@ -111,8 +111,8 @@ fn what_is_full_is_named_with_its_capacity() {
     let world = three_rooms([5, 30], 12);
     let (start, goal) = (middle::<f32>(&world, 12, 12), middle::<f32>(&world, 140, 30));
     let robot = khepera();
-    let cells = Planner::<2, 16>::new().plan::<_, _, 8>(&world, &robot, start, goal);
-    assert_eq!(cells, Err(PlanError::TooManyCells { capacity: 2 }));
+    let cells = Planner::<1, 16>::new().plan::<_, _, 8>(&world, &robot, start, goal);
+    assert_eq!(cells, Err(PlanError::TooManyCells { capacity: 1 }));
     let passages = Planner::<16, 1>::new().plan::<_, _, 8>(&world, &robot, start, goal);
     assert_eq!(passages, Err(PlanError::TooManyPassages { capacity: 1 }));
     let checkpoints = Planner::<16, 16>::new().plan::<_, _, 1>(&world, &robot, start, goal);
