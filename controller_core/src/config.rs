@@ -14,6 +14,7 @@ use crate::kohonen::map::{Eligible, WinnerParameters};
 use crate::kohonen::self_organisation::{Annealing, Displacement, LearningParameters, StepRule};
 use crate::localisation::detour::DetourParameters;
 use crate::localisation::memory::MemoryParameters;
+use crate::localisation::mover::MoverParameters;
 use crate::localisation::obstacle::{FieldCentre, ObstacleFieldParameters};
 use crate::localisation::opening::OpeningParameters;
 use crate::localisation::target::TargetFieldParameters;
@@ -241,6 +242,10 @@ pub struct CooperativeConfig {
     pub memory_ms: u16,
     /// Obstacle memory: points nearer to each other are one.
     pub memory_merge_m: f32,
+    /// Movers: what moves is given so many seconds of its way; 0: nothing is taken to move.
+    pub mover_headway_s: f32,
+    /// Movers: what is slower beside the body counts as standing.
+    pub mover_speed_mps: f32,
     /// Detour: time without progress after which a wall is followed; 0 switches it off.
     pub detour_patience_ms: u16,
     /// Detour: coming nearer to the target by this much is progress.
@@ -426,6 +431,8 @@ impl Default for CooperativeConfig {
             sweep_headway: 0.0648,
             memory_ms: 500,
             memory_merge_m: 0.014,
+            mover_headway_s: 0.64,
+            mover_speed_mps: 0.0185,
             detour_patience_ms: 4300,
             detour_progress_m: 0.0131,
             detour_follow_m: 0.0462,
@@ -611,6 +618,7 @@ impl Config {
             neural: self.neural_parameters(),
             sweep: self.sweep_parameters(),
             memory: self.memory_parameters(),
+            mover: self.mover_parameters(),
             detour: self.detour_parameters(),
             opening: self.opening_parameters(),
             wiring: self.wiring(),
@@ -642,6 +650,7 @@ impl Config {
             neural,
             sweep,
             memory,
+            mover,
             detour,
             opening,
             wiring,
@@ -659,6 +668,7 @@ impl Config {
         *neural = self.neural_parameters();
         *sweep = self.sweep_parameters();
         *memory = self.memory_parameters();
+        *mover = self.mover_parameters();
         *detour = self.detour_parameters();
         *opening = self.opening_parameters();
         *wiring = self.wiring();
@@ -722,6 +732,16 @@ impl Config {
         MemoryParameters {
             lifetime_ms: self.cooperative.memory_ms,
             merge_m: S::from_f32(self.cooperative.memory_merge_m),
+        }
+    }
+
+    fn mover_parameters<S: Scalar>(&self) -> MoverParameters<S> {
+        let period_s = f32::from(self.schedule.avoidance_period_ms) / 1000.0;
+        MoverParameters {
+            headway_s: S::from_f32(self.cooperative.mover_headway_s),
+            speed_mps: S::from_f32(self.cooperative.mover_speed_mps),
+            period_s: S::from_f32(period_s),
+            per_period: S::from_f32(1.0 / period_s),
         }
     }
 
@@ -856,6 +876,7 @@ impl Config {
             strength_per_m: S::from_f32(c.sweep_strength / c.sweep_margin_m),
             look_ahead: S::from_f32(c.sweep_look_ahead),
             headway: S::from_f32(c.sweep_headway),
+            step_s: S::from_f32(f32::from(self.schedule.step_ms) / 1000.0),
         }
     }
 
@@ -912,6 +933,8 @@ pub struct Parameters<S, const SENSORS: usize> {
     pub sweep: SweepParameters<S>,
     /// Obstacle memory.
     pub memory: MemoryParameters<S>,
+    /// Movers.
+    pub mover: MoverParameters<S>,
     /// Detour.
     pub detour: DetourParameters<S>,
     /// Openings.

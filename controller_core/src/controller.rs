@@ -26,6 +26,8 @@ use crate::units::{EncoderCounts, Point, Pose, WheelDrive, WheelSpeeds};
 pub const CHECKPOINTS: usize = 16;
 /// Obstacle points remembered at a time: those of the last scans, most of them merged.
 pub const MEMORY_POINTS: usize = 6;
+/// What may move and is followed at a time.
+pub const TRACKS: usize = 3;
 
 /// What the controller is to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

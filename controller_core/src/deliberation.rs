@@ -8,7 +8,7 @@
 use heapless::Vec;
 
 use crate::config::{Architecture, Parameters};
-use crate::controller::MEMORY_POINTS;
+use crate::controller::{MEMORY_POINTS, TRACKS};
 use crate::integration::ways::Ways;
 use crate::integration::{command_fusion, neural, neural::Decision};
 use crate::kohonen::features::{Chart, Command};
@@ -19,6 +19,7 @@ use crate::kohonen::self_organisation::{Displacement, Plasticity, displacement, 
 use crate::list::first;
 use crate::localisation::detour::Detour;
 use crate::localisation::memory::ObstacleMemory;
+use crate::localisation::mover::Movers;
 use crate::localisation::obstacle::ObstacleField;
 use crate::localisation::opening::Opening;
 use crate::localisation::separation::Others;
@@ -67,6 +68,7 @@ pub struct Deliberation<
     standing: Standing<S, COLUMNS, ROWS, SENSORS>,
     scan: Scan<S, SENSORS>,
     memory: ObstacleMemory<S, MEMORY_POINTS>,
+    movers: Movers<S, TRACKS>,
     detour: Detour<S>,
     opening: Opening<S>,
     arrivals: u16,
@@ -107,6 +109,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         },
         scan: Scan::EMPTY,
         memory: ObstacleMemory::EMPTY,
+        movers: Movers::NONE,
         detour: Detour::NONE,
         opening: Opening::NONE,
         arrivals: 0,
@@ -132,6 +135,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             },
             scan: Scan::EMPTY,
             memory: ObstacleMemory::default(),
+            movers: Movers::NONE,
             detour: Detour::default(),
             opening: Opening::NONE,
             arrivals: 0,
@@ -162,6 +166,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
         self.standing.reaching = Command::default();
         self.standing.avoidance = None;
         self.memory.clear();
+        self.movers.clear();
         self.detour.reset();
         self.opening.reset();
     }
@@ -203,6 +208,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             self.standing.avoidance = p.wiring.avoid(&p.avoidance, &self.scan);
             return;
         }
+        self.movers.renew(&p.mover, &p.proximity, &self.scan, latched.pose);
         let seen = detections(&p.proximity, &self.scan);
         self.remember(p, latched.pose, &seen);
         let field = &mut self.standing.obstacles;
@@ -328,6 +334,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             &p.scaling,
             &target,
             &self.standing.obstacles.value,
+            !ways.movers().is_empty(),
             |place| ways.inhibition(&p.sweep, place),
         );
         self.standing.decision = decision.unwrap_or_default();
@@ -337,11 +344,12 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     /// What integration holds the ways to candidate places against, for a robot at `pose`.
     #[inline]
     #[must_use]
-    pub fn ways(&self, p: &Parameters<S, SENSORS>, pose: Pose<S>) -> Ways<S, SWEEP_POINTS> {
+    pub fn ways(&self, p: &Parameters<S, SENSORS>, pose: Pose<S>) -> Ways<S, SWEEP_POINTS, TRACKS> {
         let points = self.standing.points.iter().copied().chain(self.memory.seen_from(pose));
         let margin_m =
             self.opening.is_passing().then_some(p.opening.half_width_m - p.proximity.body_radius_m);
-        Ways::among(&p.sweep, margin_m, p.scaling.reach_m(), points)
+        let movers = self.movers.seen_from(&p.mover, p.proximity.body_radius_m, pose);
+        Ways::among(&p.sweep, margin_m, p.scaling.reach_m(), points, movers)
     }
 
     /// One training step ends, the next begins (P1 Eq. 6–8): the map learns from the way just made, then the

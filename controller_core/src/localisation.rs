@@ -3,6 +3,7 @@
 //! * [`target`]: the target field `a_i` (P2 Eq. 1–5)
 //! * [`obstacle`]: the obstacle fields `b_ij`, summed over the sensors (P2 Eq. 6–7)
 //! * [`memory`]: obstacles seen a moment ago (ours)
+//! * [`mover`]: what moves, and where to (ours)
 //! * [`corridor`], [`opening`]: doors hardly wider than the body are aimed at squarely (ours)
 //! * [`separation`]: other robots, known by communication (P2 names it, the rest is ours)
 //! * [`detour`]: where the target field is centred when the way is blocked for good (ours)
@@ -17,6 +18,8 @@ pub mod opening;
 pub mod corridor;
 
 pub mod memory;
+
+pub mod mover;
 
 pub mod separation;
 

@@ -10,12 +10,14 @@ mod verdict;
 mod witness;
 
 use controller_core::config::Architecture;
-use controller_core::controller::Controller;
+use controller_core::controller::{Controller, TRACKS};
 use controller_core::deliberation::{SWEEP_POINTS, speeds};
 use controller_core::integration::ways::Ways;
+use controller_core::integration::neural::Stride;
 use controller_core::integration::{command_fusion, neural, sweep};
 use controller_core::kohonen::features::{Command, Features};
 use controller_core::kohonen::lattice::NeuronIndex;
+use controller_core::localisation::mover::Mover;
 use controller_core::localisation::obstacle;
 use controller_core::localisation::separation::{Moving, OTHERS, Others};
 use controller_core::localisation::target::TargetField;
@@ -74,6 +76,19 @@ pub struct Detection {
     /// Where.
     pub place: Place,
     /// How much of the winner its field takes; none where no neuron has won.
+    pub inhibits_winner: Option<f32>,
+}
+
+/// Something that the sensors see move.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SeenMover {
+    /// Where its centre is, if it is as large as this robot.
+    pub place: Place,
+    /// How it moves, in m/s, robot frame.
+    pub velocity_mps: Point<f32>,
+    /// How fast it turns, in rad/s, anticlockwise positive.
+    pub turn_radps: f32,
+    /// How much it takes of the winner because of the way to its place; none where no neuron has won.
     pub inhibits_winner: Option<f32>,
 }
 
@@ -144,6 +159,8 @@ pub struct DecisionReport {
     pub detections: Vec<Detection>,
     /// Points that are remembered.
     pub remembered: Vec<Point<f32>>,
+    /// What is seen to move.
+    pub movers: Vec<SeenMover>,
     /// Other robots that are known of.
     pub others: Vec<OtherRobot>,
     /// Every neuron that may win.
@@ -221,10 +238,22 @@ fn drives(drive: WheelDrive<f32>) -> [f32; 2] {
     [drive.left, drive.right]
 }
 
+impl SeenMover {
+    fn of<S: Scalar>(mover: &Mover<S>) -> Self {
+        Self {
+            place: Place::of(mover.at.to_polar()),
+            velocity_mps: metres(mover.velocity_mps),
+            turn_radps: mover.turn_radps.to_f32(),
+            inhibits_winner: None,
+        }
+    }
+}
+
 /// A neuron with the core's own numbers, so that comparisons are the core's too.
 struct Judged<S> {
     index: NeuronIndex,
     place: Features<S>,
+    stride: Stride<S>,
     e: S,
     way: S,
 }
@@ -240,7 +269,7 @@ struct Moment<'a, S: Scalar> {
     core: &'a Core<S>,
     parameters: &'a controller_core::config::Parameters<S, SENSORS>,
     latched: Latched<S>,
-    ways: Ways<S, SWEEP_POINTS>,
+    ways: Ways<S, SWEEP_POINTS, TRACKS>,
     others: heapless::Vec<Moving<S>, OTHERS>,
     separation: &'a Others<S, OTHERS>,
 }
@@ -293,6 +322,7 @@ impl<S: Scalar> Moment<'_, S> {
                 .map(|(sensor, place)| Detection { sensor, place: Place::of(place), inhibits_winner: None })
                 .collect(),
             remembered: deliberation.memory().seen_from(pose).map(metres).collect(),
+            movers: self.ways.movers().iter().map(SeenMover::of).collect(),
             others: self
                 .others
                 .iter()
@@ -340,7 +370,18 @@ impl<S: Scalar> Moment<'_, S> {
     /// What one obstacle point takes of a neuron because it is near the way to its place.
     fn point_inhibition(&self, point: Point<S>, neuron: Features<S>) -> S {
         let p = self.parameters;
-        sweep::inhibition(&p.sweep, p.scaling.place(neuron), core::iter::once(&point))
+        sweep::inhibition(&p.sweep, p.scaling.place(neuron), core::iter::once(&point), &[])
+    }
+
+    /// What something that moves takes of a neuron because it will be near the way to its place.
+    fn mover_inhibition(&self, mover: Mover<S>, neuron: Features<S>) -> S {
+        let p = self.parameters;
+        sweep::inhibition(&p.sweep, p.scaling.place(neuron), [].iter(), &[mover])
+    }
+
+    /// How a neuron's step is made.
+    fn stride(&self, index: NeuronIndex) -> Stride<S> {
+        neural::stride(self.core.map(), index, !self.ways.movers().is_empty())
     }
 
     fn judge(&self, field: &TargetField<S>) -> Vec<Judged<S>> {
@@ -348,7 +389,9 @@ impl<S: Scalar> Moment<'_, S> {
         let judge = |(index, place)| {
             let inhibition = self.core.obstacle_field().value.inhibition(index);
             let e = neural::activity(&p.neural.target, field, place, inhibition);
-            Judged { index, place, e, way: self.ways.inhibition(&p.sweep, p.scaling.place(place)) }
+            let stride = self.stride(index);
+            let way = self.ways.inhibition(&p.sweep, p.scaling.place(stride.place));
+            Judged { index, place, stride, e, way }
         };
         map.places(p.reaching.winner.eligible).map(judge).collect()
     }
@@ -385,7 +428,12 @@ impl<S: Scalar> Moment<'_, S> {
         judged.sort_by(|a, b| by_size(b.total(), a.total()));
         let mut ranked = judged.iter();
         let Some(winner) = ranked.next() else { return };
-        let (command, is_target) = neural::command(self.core.map(), &p.reaching, &field, winner.index);
+        let (command, is_target) = neural::command(
+            self.core.map(),
+            &p.reaching,
+            &field,
+            (winner.index, winner.stride.haste),
+        );
         report.command = wheels(speeds(p, command));
         report.is_target = is_target;
         report.winner = Some(self.activity(&field, winner));
@@ -393,6 +441,9 @@ impl<S: Scalar> Moment<'_, S> {
         let sensed: Vec<Polar<S>> = self.sensed().map(|(_, place)| place).collect();
         for (detection, place) in report.detections.iter_mut().zip(sensed) {
             detection.inhibits_winner = Some(self.field_inhibition(place, winner.place).to_f32());
+        }
+        for (told, mover) in report.movers.iter_mut().zip(self.ways.movers()) {
+            told.inhibits_winner = Some(self.mover_inhibition(*mover, winner.stride.place).to_f32());
         }
         for (told, other) in report.others.iter_mut().zip(&self.others) {
             told.inhibits_winner = Some(self.separation(other, winner.place).to_f32());

@@ -327,6 +327,8 @@ parameters! {
     cooperative.opening_give_up_ms: u16, "ms", 0.0, 65_000.0 => "between 0 and 65,000 ms";
     cooperative.sweep_headway: f32, "1", 0.0, 1.0 => "between 0 and 1";
     cooperative.detour_clear_m: f32, "m", 0.0, 1.0 => "between 0 and 1 m";
+    cooperative.mover_headway_s: f32, "s", 0.0, 10.0 => "0 (none) or up to 10 s";
+    cooperative.mover_speed_mps: f32, "m/s", 1e-3, 5.0 => "between 1 mm/s and 5 m/s";
 }
 
 const _: () = assert!(PARAMETER_COUNT <= 255, "the link numbers parameters in a byte");

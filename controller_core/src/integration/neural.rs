@@ -8,6 +8,8 @@
 //! * **Swept path**: candidates are taken from the highest `e_i` down and lose what [`crate::integration::sweep`] says
 //!   of their way, until the best of those judged beats all others unjudged. The result is that of judging all
 //!   225; usually fewer than ten are.
+//! * **Retreat**: the map reaches a quarter of a step backwards, for that is all that positioning needs; what moves is
+//!   quicker. While something does, a step backwards is judged and made as fast as the wheels turn ([`Stride`]).
 
 use crate::kohonen::features::{Command, Features, Scaling};
 use crate::kohonen::lattice::NeuronIndex;
@@ -74,19 +76,57 @@ pub fn activity<S: Scalar>(
     S::from_weight(e.max(S::from_i32(OUT)).to_weight())
 }
 
-/// The command of a neuron if it wins, and whether that is `M_s u_p`: fine control of the target itself (P2 Eq. 10).
+/// The command of a neuron if it wins with this haste (see [`Stride`]), and whether that is `M_s u_p`: fine control of
+/// the target itself (P2 Eq. 10).
 #[inline]
 #[must_use]
 pub fn command<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     map: &Map<S, O, COLUMNS, ROWS>,
     reaching: &ReachingParameters<S>,
     target: &TargetField<S>,
-    index: NeuronIndex,
+    (index, haste): (NeuronIndex, S),
 ) -> (Command<S>, bool) {
+    if haste > S::ONE {
+        let own = map.own_command(index);
+        return (Command { left: own.left * haste, right: own.right * haste }.saturated(), false);
+    }
     let is_target = index == target.winner;
     let command =
         if is_target { command_of(map, reaching.beyond, index, target.aim) } else { map.own_command(index) };
     (command, is_target)
+}
+
+/// How a neuron's step is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stride<S> {
+    /// Where it leads to.
+    pub place: Features<S>,
+    /// So many times as fast and as far as the neuron has it: 1 but for a retreat.
+    pub haste: S,
+}
+
+/// A step backwards that is shorter than this, as a share of the reach, is a turn and no retreat.
+const RETREAT_SHARE: f32 = 0.02;
+
+/// No step is made more times as fast than this: what has been learned of the shortest ones is too coarse.
+const HASTE_MAX: f32 = 16.0;
+
+/// How a neuron's step is made; `is_pressed` where something moves nearby. An arc that is driven so many times as fast
+/// leads so many times as far along the same circle.
+#[inline]
+#[must_use]
+pub fn stride<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
+    map: &Map<S, O, COLUMNS, ROWS>,
+    index: NeuronIndex,
+    is_pressed: bool,
+) -> Stride<S> {
+    let place = map.place(index);
+    if !is_pressed || place.distance > -S::from_f32(RETREAT_SHARE) {
+        return Stride { place, haste: S::ONE };
+    }
+    let own = map.own_command(index);
+    let haste = (S::ONE / own.left.abs().max(own.right.abs())).clamp(S::ONE, S::from_f32(HASTE_MAX));
+    Stride { place: Features { bearing: place.bearing * haste, distance: place.distance * haste }, haste }
 }
 
 impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Ranking<'a, S, O, COLUMNS, ROWS> {
@@ -144,7 +184,9 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Ranki
     }
 }
 
-/// Chooses the command; `sweep` gives the further inhibition of a way. `None` while nothing is trained.
+/// Chooses the command; `sweep` gives the further inhibition of a way, `is_pressed` where something moves nearby.
+/// `None` while nothing is trained.
+#[allow(clippy::too_many_arguments, reason = "each is another module's; a struct for one call would hide that")]
 pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     map: &Map<S, O, COLUMNS, ROWS>,
     parameters: &NeuralParameters<S>,
@@ -152,6 +194,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
     scaling: &Scaling<S>,
     target: &TargetField<S>,
     obstacles: &ObstacleField<S, COLUMNS, ROWS>,
+    is_pressed: bool,
     sweep: impl Fn(Polar<S>) -> S,
 ) -> Option<Decision<S>> {
     let mut best: Option<Decision<S>> = None;
@@ -162,10 +205,11 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
             break;
         }
         count += 1;
-        let inhibition = sweep(scaling.place(map.place(index)));
+        let stride = stride(map, index, is_pressed);
+        let inhibition = sweep(scaling.place(stride.place));
         let activity = e - inhibition;
         if best.is_none_or(|decision| activity > decision.activity) {
-            let (command, is_target) = command(map, reaching, target, index);
+            let (command, is_target) = command(map, reaching, target, (index, stride.haste));
             best = Some(Decision { command, winner: index, activity, is_target, judged: count });
         }
         if inhibition <= S::ZERO {

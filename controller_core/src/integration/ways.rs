@@ -3,18 +3,20 @@
 use heapless::Vec;
 
 use crate::integration::sweep::{self, SweepParameters};
+use crate::localisation::mover::Mover;
 use crate::scalar::Scalar;
 use crate::units::{Point, Polar};
 
-/// Obstacle points near enough to matter within a step, robot frame.
+/// Obstacle points near enough to matter within a step, and what moves; robot frame.
 #[derive(Clone, Debug)]
-pub struct Ways<S, const POINTS: usize> {
+pub struct Ways<S, const POINTS: usize, const MOVERS: usize> {
     points: Vec<Point<S>, POINTS>,
+    movers: Vec<Mover<S>, MOVERS>,
     /// Clearance wished beyond the body (m).
     margin_m: S,
 }
 
-impl<S: Scalar, const POINTS: usize> Ways<S, POINTS> {
+impl<S: Scalar, const POINTS: usize, const MOVERS: usize> Ways<S, POINTS, MOVERS> {
     /// Keeps of the points those that the body can come near to within a step of length `reach_m`; on the way through
     /// an opening `margin_m` of clearance must do.
     #[inline]
@@ -24,6 +26,7 @@ impl<S: Scalar, const POINTS: usize> Ways<S, POINTS> {
         margin_m: Option<S>,
         reach_m: S,
         points: impl Iterator<Item = Point<S>>,
+        movers: Vec<Mover<S>, MOVERS>,
     ) -> Self {
         let margin_m = margin_m.unwrap_or(p.margin_m);
         let mut kept: Vec<Point<S>, POINTS> = Vec::new();
@@ -35,18 +38,25 @@ impl<S: Scalar, const POINTS: usize> Ways<S, POINTS> {
                 break;
             }
         }
-        Self { points: kept, margin_m }
+        Self { points: kept, movers, margin_m }
     }
 
     /// The inhibition of a neuron for what lies on the way to its place; see [`sweep`].
     #[inline]
     #[must_use]
     pub fn inhibition(&self, p: &SweepParameters<S>, place: Polar<S>) -> S {
-        let checked = p.strength_per_m > S::ZERO && !self.points.is_empty();
+        let checked = p.strength_per_m > S::ZERO && !(self.points.is_empty() && self.movers.is_empty());
         if !checked {
             return S::ZERO;
         }
-        sweep::inhibition(&SweepParameters { margin_m: self.margin_m, ..*p }, place, self.points.iter())
+        let p = SweepParameters { margin_m: self.margin_m, ..*p };
+        sweep::inhibition(&p, place, self.points.iter(), &self.movers)
+    }
+
+    /// What moves.
+    #[must_use]
+    pub fn movers(&self) -> &[Mover<S>] {
+        &self.movers
     }
 
     /// The obstacle points.

@@ -1,6 +1,7 @@
 //! What decided, in words.
 
 use controller_core::kohonen::lattice::NeuronIndex;
+use controller_core::localisation::mover::Mover;
 use controller_core::localisation::separation::Moving;
 use controller_core::scalar::Scalar;
 use controller_core::units::{Point, Polar};
@@ -80,12 +81,22 @@ fn lost<S: Scalar>(moment: &Moment<S>, neuron: &NeuronActivity) -> String {
     if most <= 0.0 {
         format!("{who}, lost nothing to obstacles")
     } else if ways >= most {
-        let points = moment.ways.points().iter();
+        let place = moment.stride(neuron.neuron).place;
         let to = |point: &Point<S>| (point.to_polar(), moment.point_inhibition(*point, place));
-        format!(
-            "{who}, lost {ways:.4} because its way passes too near to the obstacle{}",
-            worst(points.map(to))
-        )
+        let stands = moment.ways.points().iter().map(to).reduce(larger);
+        let to = |mover: &Mover<S>| (mover.at.to_polar(), moment.mover_inhibition(*mover, place));
+        let moves = moment.ways.movers().iter().map(to).reduce(larger);
+        let moves_more = match (stands, moves) {
+            (Some(stands), Some(moves)) => moves.1 > stands.1,
+            (stands, _) => stands.is_none(),
+        };
+        if moves_more {
+            let at = worst(moves.into_iter());
+            format!("{who}, lost {ways:.4} because its way would meet what moves{at}")
+        } else {
+            let at = worst(stands.into_iter());
+            format!("{who}, lost {ways:.4} because its way passes too near to the obstacle{at}")
+        }
     } else if neuron.separation >= most {
         let to = |other: &Moving<S>| (other.at.to_polar(), moment.separation(other, place));
         format!(
@@ -99,8 +110,12 @@ fn lost<S: Scalar>(moment: &Moment<S>, neuron: &NeuronActivity) -> String {
     }
 }
 
+/// Which of two takes more.
+fn larger<S: Scalar>(a: (Polar<S>, S), b: (Polar<S>, S)) -> (Polar<S>, S) {
+    if b.1 > a.1 { b } else { a }
+}
+
 /// Where the one is that takes most.
 fn worst<S: Scalar>(each: impl Iterator<Item = (Polar<S>, S)>) -> String {
-    let worst = each.reduce(|a, b| if b.1 > a.1 { b } else { a });
-    worst.map_or_else(String::new, |(place, _)| format!(" {}", at(Place::of(place))))
+    each.reduce(larger).map_or_else(String::new, |(place, _)| format!(" {}", at(Place::of(place))))
 }
