@@ -84,6 +84,20 @@ fn moving_ai_plans_all_problems_and_drives_some() {
     assert!(bench(&["movingai", files[0], files[1], "--cell", "0.02", "--problems", "0"]).status.success());
 }
 
+/// Large planners were once made on the stack of a thread of the pool, which a build with other optimisations did not
+/// forgive. Half of what a thread has by default must do in every build.
+#[test]
+fn grid_maps_are_driven_on_threads_with_a_small_stack() {
+    let (map, problems) = (data("room-32-32-4.map"), data("room-32-32-4.scen"));
+    let output = Command::new(env!("CARGO_BIN_EXE_host_sim"))
+        .env("RUST_MIN_STACK", "1048576")
+        .args(["bench", "movingai", map.to_str().unwrap(), problems.to_str().unwrap(), "--problems", "1"])
+        .args(["--steps", "500", "--runs", "1", "--planned", "--threads", "1", "--json"])
+        .output()
+        .expect("host_sim starts");
+    assert_eq!(json(&output)["runs"].as_array().map(Vec::len), Some(1));
+}
+
 #[test]
 fn a_ros_map_is_driven_between_places_of_its_own_frame() {
     let map = data("tb3_sandbox.yaml");
