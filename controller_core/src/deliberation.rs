@@ -265,6 +265,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             Architecture::Cooperative => {
                 let field = seen.and_then(|target| {
                     let mut detections = detections(&p.proximity, &self.scan);
+                    self.movers.leave_out(p.proximity.body_radius_m, latched.pose, &mut detections);
                     if !others.is_empty() {
                         others.leave_out(latched.pose, latched.now, &mut detections);
                     }

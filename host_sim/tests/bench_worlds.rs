@@ -4,6 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use host_sim::benchmark::Ground;
+use host_sim::import::{GridMap, moving_ai};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -82,6 +84,34 @@ fn moving_ai_plans_all_problems_and_drives_some() {
     assert!(refused(&["movingai", files[0], files[1], "--cell=-1"]).contains("--cell"));
     // A body of 5 cm in cells of 2 cm: places in walls are an answer, not a wrong request.
     assert!(bench(&["movingai", files[0], files[1], "--cell", "0.02", "--problems", "0"]).status.success());
+}
+
+/// Runs plan anew under way, on a thread of the pool, where a large planner was once more than the stack. Half of
+/// what a thread has by default must do: how much is on the stack depends on how the build is optimised.
+#[test]
+fn plans_need_little_stack() {
+    let small = moving_ai::load_map(&data("random-32-32-10.map"), 0.1).unwrap();
+    // Four by four of them side by side: more cells than the small planner has.
+    let side = 4;
+    let (columns, rows) = (side * small.columns, side * small.rows);
+    let cell = |row: usize, column: usize| small.is_passable(column % small.columns, row % small.rows);
+    let passable = (0..rows)
+        .flat_map(|row| {
+            let cell = &cell;
+            (0..columns).map(move |column| cell(row, column))
+        })
+        .collect();
+    let large = GridMap { columns, rows, passable, ..small.clone() };
+    let plan = move || {
+        [small, large].map(|map| {
+            let ground = Ground::new(map).unwrap();
+            let (from, goal) = ground.draw(1).unwrap();
+            ground.route(from, goal).map(|route| route.plan.cells)
+        })
+    };
+    let thread = std::thread::Builder::new().stack_size(1024 * 1024).spawn(plan).unwrap();
+    let [few, many] = thread.join().unwrap().map(Result::unwrap);
+    assert!(few < 1024 && many > 1024, "{few} {many}");
 }
 
 #[test]

@@ -386,6 +386,22 @@ impl<S: Scalar, const TRACKS: usize> Movers<S, TRACKS> {
         movers
     }
 
+    /// Leaves out of what sensors see what may well be of something that moves: nearer to its centre than a body's
+    /// diameter. It is no wall to be followed; it will be gone before it is gone round.
+    #[inline(never)]
+    pub fn leave_out<const SENSORS: usize>(
+        &self,
+        body_radius_m: S,
+        pose: Pose<S>,
+        detections: &mut Vec<Polar<S>, SENSORS>,
+    ) {
+        let (sin, cos) = pose.heading_rad.sin_cos();
+        for track in self.tracks.iter().filter(|track| track.is_mover) {
+            let at = pose.to_robot_frame(track.at, (sin, cos));
+            detections.retain(|place| at.distance_to(place.to_point()) > body_radius_m + body_radius_m);
+        }
+    }
+
     /// Follows nothing any more, as when the pose has jumped.
     pub fn clear(&mut self) {
         self.tracks.clear();

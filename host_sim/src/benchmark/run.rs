@@ -67,34 +67,21 @@ pub struct CourseRun {
 
 /// The configuration for a course and a way of being guided, on the base of another.
 ///
-/// Where the planner goes on looking, four numbers are its own:
-/// - the controller's **detour** is off: it measures progress by the distance to the checkpoint, which a
-///   checkpoint that
-///   moves ahead of the robot keeps as it is, and the planner is the better judge of dead ends anyway;
-/// - it looks for no **openings**: the route already leads through the middle of its gaps, and a gap that noisy ranges
-///   seem to show beside it draws the robot off the route;
-/// - the **swept path** is that of half a step (`LOOK_AHEAD`);
-/// - and it needs no more room beside the body than the route has: a robot that asks for more waits before the gap for
-///   ever.
+/// Where the planner goes on looking, two numbers are its own:
+/// - the controller's **detour** is off: it measures progress by the distance to the checkpoint, which a checkpoint
+///   that moves ahead of the robot keeps as it is, and the planner is the better judge of dead ends anyway;
+/// - and the **swept path** needs no more room beside the body than the route has: a robot that asks for more waits
+///   before the gap for ever.
 #[must_use]
 pub fn config_for(course: &Course, following: Option<Following>, base: &Config) -> Config {
     let mut config = base.clone();
     if let (Some(Following::Sight), Ok(route)) = (following, &course.route) {
         let cooperative = &mut config.cooperative;
         cooperative.detour_patience_ms = 0;
-        cooperative.opening_flank_m = 0.0;
-        cooperative.sweep_look_ahead = cooperative.sweep_look_ahead.min(LOOK_AHEAD);
         cooperative.sweep_margin_m = cooperative.sweep_margin_m.min(route.margin_m.max(LEAST_ROOM_M));
     }
     config
 }
-
-/// Share of a step whose way is checked: a command stands for a quarter of a step at most, and what is beyond
-/// half of it
-/// the planner has checked on its map. A longer look holds noisy ranges of the far side of a bend against a way that
-/// the checkpoint will long have turned off, and lets the robot break out sideways; a shorter one stops too late.
-/// Anything from 0.4 to 0.6 does.
-const LOOK_AHEAD: f32 = 0.5;
 
 /// Least room that a swept path can be asked to leave, in m.
 const LEAST_ROOM_M: f32 = 0.001;
