@@ -242,7 +242,8 @@ pub struct CooperativeConfig {
     pub memory_ms: u16,
     /// Obstacle memory: points nearer to each other are one.
     pub memory_merge_m: f32,
-    /// Movers: what moves is given so many seconds of its way; 0: nothing is taken to move.
+    /// Movers: what moves is given so many seconds of its way; 0: nothing is taken to move, as on boards, which have no
+    /// room for it ([`crate::localisation::mover`]).
     pub mover_headway_s: f32,
     /// Movers: what is slower beside the body counts as standing.
     pub mover_speed_mps: f32,
@@ -431,7 +432,7 @@ impl Default for CooperativeConfig {
             sweep_headway: 0.0648,
             memory_ms: 500,
             memory_merge_m: 0.014,
-            mover_headway_s: 0.64,
+            mover_headway_s: 0.0,
             mover_speed_mps: 0.0185,
             detour_patience_ms: 4300,
             detour_progress_m: 0.0131,
@@ -489,6 +490,7 @@ enum Must {
     ReachSpeedLimit,
     BeCoarse,
     BeMultipleOfPeriod,
+    BeNoneOnBoards,
     ExceedPeriod,
     FitFixedPoint,
 }
@@ -524,6 +526,7 @@ impl ConfigError {
             Must::ReachSpeedLimit => "at least robot.speed_limit_mps",
             Must::BeCoarse => "0 (continuous) or between a thousandth of robot.speed_limit_mps and all of it",
             Must::BeMultipleOfPeriod => "a multiple of schedule.avoidance_period_ms",
+            Must::BeNoneOnBoards => "0: boards do not follow what moves",
             Must::ExceedPeriod => "longer than schedule.avoidance_period_ms",
             Must::FitFixedPoint => {
                 "at most 2,000 / robot.wheel_base_m in fixed point (divide finer encoders)"
@@ -598,6 +601,19 @@ impl Config {
             f32::from(self.safety.scan_age_max_ms),
             (f32::from(period), f32::MAX),
             Must::ExceedPeriod,
+        )
+    }
+
+    /// Checks what a controller without room for tracks cannot do.
+    ///
+    /// # Errors
+    /// Movers are to be followed.
+    pub fn check_without_movers(&self) -> Result<(), ConfigError> {
+        within(
+            const { number_of("cooperative.mover_headway_s") },
+            self.cooperative.mover_headway_s,
+            (0.0, 0.0),
+            Must::BeNoneOnBoards,
         )
     }
 
@@ -736,12 +752,9 @@ impl Config {
     }
 
     fn mover_parameters<S: Scalar>(&self) -> MoverParameters<S> {
-        let period_s = f32::from(self.schedule.avoidance_period_ms) / 1000.0;
         MoverParameters {
             headway_s: S::from_f32(self.cooperative.mover_headway_s),
             speed_mps: S::from_f32(self.cooperative.mover_speed_mps),
-            period_s: S::from_f32(period_s),
-            per_period: S::from_f32(1.0 / period_s),
         }
     }
 

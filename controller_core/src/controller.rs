@@ -26,8 +26,9 @@ use crate::units::{EncoderCounts, Point, Pose, WheelDrive, WheelSpeeds};
 pub const CHECKPOINTS: usize = 16;
 /// Obstacle points remembered at a time: those of the last scans, most of them merged.
 pub const MEMORY_POINTS: usize = 6;
-/// What may move and is followed at a time.
-pub const TRACKS: usize = 3;
+/// What may move and is followed at a time, where there is room for it: boards follow nothing, see
+/// [`crate::localisation::mover`].
+pub const MOVERS: usize = 3;
 
 /// What the controller is to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -128,15 +129,22 @@ pub struct Controller<
     const COLUMNS: usize = 15,
     const ROWS: usize = 15,
     const SENSORS: usize = 12,
+    const TRACKS: usize = MOVERS,
 > {
     /// The fast half.
     pub reflex: Reflex<S>,
     /// The slow half.
-    pub deliberation: Deliberation<S, O, COLUMNS, ROWS, SENSORS>,
+    pub deliberation: Deliberation<S, O, COLUMNS, ROWS, SENSORS, TRACKS>,
 }
 
-impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize> Default
-    for Controller<S, O, COLUMNS, ROWS, SENSORS>
+impl<
+    S: Scalar,
+    O: Output<S>,
+    const COLUMNS: usize,
+    const ROWS: usize,
+    const SENSORS: usize,
+    const TRACKS: usize,
+> Default for Controller<S, O, COLUMNS, ROWS, SENSORS, TRACKS>
 {
     fn default() -> Self {
         Self::new(Map::regular(), 0)
@@ -146,9 +154,16 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
 /// One tick of both halves, everything in the order of [`crate::schedule`].
 // On a host the whole tick becomes one function, in a sixth less time; on a board flash is dearer than calls.
 #[cfg_attr(not(target_os = "none"), inline(always))]
-pub fn tick<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>(
+pub fn tick<
+    S: Scalar,
+    O: Output<S>,
+    const COLUMNS: usize,
+    const ROWS: usize,
+    const SENSORS: usize,
+    const TRACKS: usize,
+>(
     reflex: &mut Reflex<S>,
-    deliberation: &mut Deliberation<S, O, COLUMNS, ROWS, SENSORS>,
+    deliberation: &mut Deliberation<S, O, COLUMNS, ROWS, SENSORS, TRACKS>,
     p: &Parameters<S, SENSORS>,
     now: Tick,
     inputs: &Inputs<S, SENSORS>,
@@ -165,10 +180,11 @@ pub fn tick_among<
     const COLUMNS: usize,
     const ROWS: usize,
     const SENSORS: usize,
+    const TRACKS: usize,
     const COUNT: usize,
 >(
     reflex: &mut Reflex<S>,
-    deliberation: &mut Deliberation<S, O, COLUMNS, ROWS, SENSORS>,
+    deliberation: &mut Deliberation<S, O, COLUMNS, ROWS, SENSORS, TRACKS>,
     p: &Parameters<S, SENSORS>,
     now: Tick,
     inputs: &Inputs<S, SENSORS>,
@@ -205,8 +221,14 @@ pub fn tick_among<
     Outputs { drive, command: reflex.command(), reached, stopped, released }
 }
 
-impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>
-    Controller<S, O, COLUMNS, ROWS, SENSORS>
+impl<
+    S: Scalar,
+    O: Output<S>,
+    const COLUMNS: usize,
+    const ROWS: usize,
+    const SENSORS: usize,
+    const TRACKS: usize,
+> Controller<S, O, COLUMNS, ROWS, SENSORS, TRACKS>
 {
     /// A controller with a map that has been trained for `trained_steps` steps; disarmed, standing by.
     #[inline]

@@ -8,7 +8,7 @@
 use heapless::Vec;
 
 use crate::config::{Architecture, Parameters};
-use crate::controller::{MEMORY_POINTS, TRACKS};
+use crate::controller::{MEMORY_POINTS, MOVERS};
 use crate::integration::ways::Ways;
 use crate::integration::{command_fusion, neural, neural::Decision};
 use crate::kohonen::features::{Chart, Command};
@@ -63,6 +63,7 @@ pub struct Deliberation<
     const COLUMNS: usize = 15,
     const ROWS: usize = 15,
     const SENSORS: usize = 12,
+    const TRACKS: usize = MOVERS,
 > {
     map: Map<S, O, COLUMNS, ROWS>,
     standing: Standing<S, COLUMNS, ROWS, SENSORS>,
@@ -78,16 +79,28 @@ pub struct Deliberation<
     step: Option<TrainingStep<S>>,
 }
 
-impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize> Default
-    for Deliberation<S, O, COLUMNS, ROWS, SENSORS>
+impl<
+    S: Scalar,
+    O: Output<S>,
+    const COLUMNS: usize,
+    const ROWS: usize,
+    const SENSORS: usize,
+    const TRACKS: usize,
+> Default for Deliberation<S, O, COLUMNS, ROWS, SENSORS, TRACKS>
 {
     fn default() -> Self {
         Self::new(Map::regular(), 0)
     }
 }
 
-impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SENSORS: usize>
-    Deliberation<S, O, COLUMNS, ROWS, SENSORS>
+impl<
+    S: Scalar,
+    O: Output<S>,
+    const COLUMNS: usize,
+    const ROWS: usize,
+    const SENSORS: usize,
+    const TRACKS: usize,
+> Deliberation<S, O, COLUMNS, ROWS, SENSORS, TRACKS>
 {
     /// As [`Deliberation::default`], but without a map, which [`Map::reset`] makes: a constant, since on a board with
     /// little memory it has no room on the stack.
@@ -208,7 +221,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             self.standing.avoidance = p.wiring.avoid(&p.avoidance, &self.scan);
             return;
         }
-        self.movers.renew(&p.mover, &p.proximity, &self.scan, latched.pose);
+        self.movers.renew(&p.mover, &p.reflex.schedule, &p.proximity, &self.scan, latched.pose);
         let seen = detections(&p.proximity, &self.scan);
         self.remember(p, latched.pose, &seen);
         let field = &mut self.standing.obstacles;
@@ -238,7 +251,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     #[inline(never)]
     fn remember(&mut self, p: &Parameters<S, SENSORS>, pose: Pose<S>, seen: &[Polar<S>]) {
         self.standing.points = first(seen.iter().map(|place| place.to_point()));
-        self.memory.age(&p.memory, p.reflex.schedule.avoidance_period_ms);
+        self.memory.age(p.reflex.schedule.avoidance_period_ms);
         let rotation = pose.heading_rad.sin_cos();
         for &point in &self.standing.points {
             self.memory.remember(&p.memory, pose.to_world_frame(point, rotation));
@@ -265,7 +278,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             Architecture::Cooperative => {
                 let field = seen.and_then(|target| {
                     let mut detections = detections(&p.proximity, &self.scan);
-                    self.movers.leave_out(p.proximity.body_radius_m, latched.pose, &mut detections);
+                    self.movers.leave_out(&p.mover, p.proximity.body_radius_m, latched.pose, &mut detections);
                     if !others.is_empty() {
                         others.leave_out(latched.pose, latched.now, &mut detections);
                     }
@@ -335,7 +348,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
             &p.scaling,
             &target,
             &self.standing.obstacles.value,
-            !ways.movers().is_empty(),
+            TRACKS > 0 && !ways.movers().is_empty(),
             |place| ways.inhibition(&p.sweep, place),
         );
         self.standing.decision = decision.unwrap_or_default();
@@ -346,7 +359,7 @@ impl<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const SEN
     #[inline]
     #[must_use]
     pub fn ways(&self, p: &Parameters<S, SENSORS>, pose: Pose<S>) -> Ways<S, SWEEP_POINTS, TRACKS> {
-        let points = self.standing.points.iter().copied().chain(self.memory.seen_from(pose));
+        let points = self.standing.points.iter().copied().chain(self.memory.seen_from(&p.memory, pose));
         let margin_m =
             self.opening.is_passing().then_some(p.opening.half_width_m - p.proximity.body_radius_m);
         let movers = self.movers.seen_from(&p.mover, p.proximity.body_radius_m, pose);

@@ -16,11 +16,12 @@ use crate::scenario::{ScenarioError, toml_document};
 use crate::settings::Settings;
 
 /// The configurations that are part of the program: name and text.
-pub const BUILTIN: [(&str, &str); 4] = [
+pub const BUILTIN: [(&str, &str); 5] = [
     ("precise", include_str!("../configs/precise.toml")),
     ("p1", include_str!("../configs/p1.toml")),
     ("literal", include_str!("../configs/literal.toml")),
     ("large", include_str!("../configs/large.toml")),
+    ("movers", include_str!("../configs/movers.toml")),
 ];
 
 /// Why a file is not a configuration.
@@ -29,7 +30,7 @@ pub enum ConfigFileError {
     /// It cannot be read.
     #[error(
         "{file}: cannot be read ({source}); `config --print` writes a file to begin with, and `precise`, `p1`, \
-         `literal` and `large` are built in"
+         `literal`, `large` and `movers` are built in"
     )]
     Unreadable {
         /// Path as given.

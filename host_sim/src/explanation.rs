@@ -10,10 +10,10 @@ mod verdict;
 mod witness;
 
 use controller_core::config::Architecture;
-use controller_core::controller::{Controller, TRACKS};
+use controller_core::controller::{Controller, MOVERS};
 use controller_core::deliberation::{SWEEP_POINTS, speeds};
-use controller_core::integration::ways::Ways;
 use controller_core::integration::neural::Stride;
+use controller_core::integration::ways::Ways;
 use controller_core::integration::{command_fusion, neural, sweep};
 use controller_core::kohonen::features::{Command, Features};
 use controller_core::kohonen::lattice::NeuronIndex;
@@ -269,7 +269,7 @@ struct Moment<'a, S: Scalar> {
     core: &'a Core<S>,
     parameters: &'a controller_core::config::Parameters<S, SENSORS>,
     latched: Latched<S>,
-    ways: Ways<S, SWEEP_POINTS, TRACKS>,
+    ways: Ways<S, SWEEP_POINTS, MOVERS>,
     others: heapless::Vec<Moving<S>, OTHERS>,
     separation: &'a Others<S, OTHERS>,
 }
@@ -321,7 +321,7 @@ impl<S: Scalar> Moment<'_, S> {
                 .sensed()
                 .map(|(sensor, place)| Detection { sensor, place: Place::of(place), inhibits_winner: None })
                 .collect(),
-            remembered: deliberation.memory().seen_from(pose).map(metres).collect(),
+            remembered: deliberation.memory().seen_from(&self.parameters.memory, pose).map(metres).collect(),
             movers: self.ways.movers().iter().map(SeenMover::of).collect(),
             others: self
                 .others
@@ -428,12 +428,8 @@ impl<S: Scalar> Moment<'_, S> {
         judged.sort_by(|a, b| by_size(b.total(), a.total()));
         let mut ranked = judged.iter();
         let Some(winner) = ranked.next() else { return };
-        let (command, is_target) = neural::command(
-            self.core.map(),
-            &p.reaching,
-            &field,
-            (winner.index, winner.stride.haste),
-        );
+        let (command, is_target) =
+            neural::command(self.core.map(), &p.reaching, &field, (winner.index, winner.stride.haste));
         report.command = wheels(speeds(p, command));
         report.is_target = is_target;
         report.winner = Some(self.activity(&field, winner));

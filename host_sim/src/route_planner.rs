@@ -96,6 +96,9 @@ type SmallPlanner = Planner<1024, 4096>;
 /// threads: made on a thread's stack it would be more than the stack.
 static LARGE: Mutex<Planner<65_536, 262_144, u32>> = Mutex::new(Planner::wide());
 
+/// Most checkpoints of a route through few cells.
+const SMALL_ROUTE: usize = 2048;
+
 /// Most checkpoints of a long route, which goes to the controller in parts: the longest ways through such mazes.
 const LONG_ROUTE: usize = 16_384;
 
@@ -110,14 +113,33 @@ pub fn plan_long(
     goal: Point2<f64>,
 ) -> Result<Plan, PlanError> {
     let mut planner = Box::new(SmallPlanner::new());
-    match planner.plan_on::<LONG_ROUTE>(raster, footprint, from, goal) {
-        Err(PlanError::TooManyCells { .. } | PlanError::TooManyPassages { .. }) => {
+    match planner.plan_on::<SMALL_ROUTE>(raster, footprint, from, goal) {
+        Err(
+            PlanError::TooManyCells { .. }
+            | PlanError::TooManyPassages { .. }
+            | PlanError::TooManyCheckpoints { .. },
+        ) => on_large_stack(|| {
             // Each plan begins anew, also after one that a panic has cut short.
             let mut large = LARGE.lock().unwrap_or_else(PoisonError::into_inner);
             large.plan_on::<LONG_ROUTE>(raster, footprint, from, goal)
-        }
+        }),
         done => done,
     }
+}
+
+/// Does something on a thread with room for long routes, several of which a search has on its stack.
+///
+/// # Panics
+/// If the system has no thread to spare.
+fn on_large_stack<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    const STACK_BYTES: usize = 16 << 20;
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, work);
+        match thread.expect("the system has a thread to spare").join() {
+            Ok(done) => done,
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    })
 }
 
 /// A planner of some size, with places and plans as the simulator has them.

@@ -40,7 +40,8 @@ use crate::schema;
 pub const LINK_SILENT_MS: Tick = 100;
 
 /// The controller's slow half as the boards run it.
-pub type BoardDeliberation<S> = Deliberation<S, ControlMatrix<<S as Scalar>::Weight>, COLUMNS, ROWS, SENSORS>;
+pub type BoardDeliberation<S> =
+    Deliberation<S, ControlMatrix<<S as Scalar>::Weight>, COLUMNS, ROWS, SENSORS, 0>;
 
 /// The learned map as the boards hold it.
 pub type BoardMap<S> = Map<S, ControlMatrix<<S as Scalar>::Weight>, COLUMNS, ROWS>;
@@ -567,8 +568,10 @@ impl Session {
     #[inline(never)]
     fn commit<S: Scalar>(&mut self, access: &mut impl Access<S>) -> FromBoard {
         let staged = &self.staged;
-        let built = access
-            .slow(|slow| staged.build_over(&mut slow.parameters).map(|()| slow.parameters.reflex.clone()));
+        let built = staged.check_without_movers().and_then(|()| {
+            access
+                .slow(|slow| staged.build_over(&mut slow.parameters).map(|()| slow.parameters.reflex.clone()))
+        });
         match built {
             Ok(reflex) => {
                 self.parameters_hash = self.staged.hash();

@@ -449,6 +449,7 @@ mod tests {
             ("mps", "m/s"),
             ("rad", "rad"),
             ("ms", "ms"),
+            ("s", "s"),
             ("m", "m"),
         ];
         for parameter in &PARAMETERS {

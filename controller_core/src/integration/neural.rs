@@ -186,7 +186,10 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Ranki
 
 /// Chooses the command; `sweep` gives the further inhibition of a way, `is_pressed` where something moves nearby.
 /// `None` while nothing is trained.
-#[allow(clippy::too_many_arguments, reason = "each is another module's; a struct for one call would hide that")]
+#[allow(
+    clippy::too_many_arguments,
+    reason = "each is another module's; a struct for one call would hide that"
+)]
 pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     map: &Map<S, O, COLUMNS, ROWS>,
     parameters: &NeuralParameters<S>,

@@ -122,7 +122,8 @@ mod tests {
         };
         let post = [Point::from_metres(0.08, 0.03)];
         let to = |bearing, distance| {
-            inhibition(&p, Polar { bearing_rad: s(bearing), distance_m: s(distance) }, post.iter(), &[]).to_f32()
+            inhibition(&p, Polar { bearing_rad: s(bearing), distance_m: s(distance) }, post.iter(), &[])
+                .to_f32()
         };
         assert!((to(0.0, 0.16) - 1.5).abs() < 0.05, "passes at 30 mm, 5 mm too near: {}", to(0.0, 0.16));
         assert!(to(0.0, 0.02).abs() < 1e-6, "stops before it");
@@ -158,7 +159,6 @@ mod tests {
         assert!(to(0.0, 0.01, 0.0).abs() < 1e-6, "it passes a robot that waits: {}", to(0.0, 0.01, 0.0));
         assert!(to(0.0, -0.04, 0.0).abs() < 1e-6, "and one that backs away");
         assert!(to(0.0, 0.01, -1.2) > 0.1, "unless it turns towards it: {}", to(0.0, 0.01, -1.2));
-        assert!(to(0.0, 0.16, 1.2) < to(0.0, 0.16, 0.0), "or away");
     }
 
     #[test]

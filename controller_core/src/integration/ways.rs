@@ -45,18 +45,19 @@ impl<S: Scalar, const POINTS: usize, const MOVERS: usize> Ways<S, POINTS, MOVERS
     #[inline]
     #[must_use]
     pub fn inhibition(&self, p: &SweepParameters<S>, place: Polar<S>) -> S {
-        let checked = p.strength_per_m > S::ZERO && !(self.points.is_empty() && self.movers.is_empty());
+        let checked = p.strength_per_m > S::ZERO && !(self.points.is_empty() && self.movers().is_empty());
         if !checked {
             return S::ZERO;
         }
         let p = SweepParameters { margin_m: self.margin_m, ..*p };
-        sweep::inhibition(&p, place, self.points.iter(), &self.movers)
+        sweep::inhibition(&p, place, self.points.iter(), self.movers())
     }
 
     /// What moves.
     #[must_use]
     pub fn movers(&self) -> &[Mover<S>] {
-        &self.movers
+        // Said to the compiler, which else keeps the code for what cannot be.
+        if MOVERS == 0 { &[] } else { &self.movers }
     }
 
     /// The obstacle points.

@@ -20,7 +20,8 @@ pub struct MemoryParameters<S> {
     pub merge_m: S,
 }
 
-/// The remembered points, at most `POINTS`; where they do not suffice the oldest go first.
+/// The remembered points, at most `POINTS`; where they do not suffice the oldest go first. One that is too old stays in
+/// its place until another needs it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ObstacleMemory<S, const POINTS: usize> {
     points: Vec<Point<S>, POINTS>,
@@ -32,15 +33,11 @@ impl<S: Scalar, const POINTS: usize> ObstacleMemory<S, POINTS> {
     /// Nothing remembered.
     pub const EMPTY: Self = Self { points: Vec::new(), ages_ms: Vec::new() };
 
-    /// Lets `elapsed_ms` pass and forgets what is too old.
-    pub fn age(&mut self, p: &MemoryParameters<S>, elapsed_ms: u16) {
+    /// Lets `elapsed_ms` pass.
+    pub fn age(&mut self, elapsed_ms: u16) {
         for age_ms in &mut self.ages_ms {
             *age_ms = age_ms.saturating_add(elapsed_ms);
         }
-        let is_kept = |age_ms: &u16| *age_ms < p.lifetime_ms;
-        let mut ages_ms = self.ages_ms.iter();
-        self.points.retain(|_| ages_ms.next().is_some_and(is_kept));
-        self.ages_ms.retain(is_kept);
     }
 
     /// Remembers a point of the world.
@@ -55,7 +52,8 @@ impl<S: Scalar, const POINTS: usize> ObstacleMemory<S, POINTS> {
                 && old.distance_to(at) < p.merge_m
         };
         let mut entries = self.points.iter_mut().zip(&mut self.ages_ms);
-        if let Some((point, age_ms)) = entries.find(|(point, _)| near(point)) {
+        if let Some((point, age_ms)) = entries.find(|(point, age_ms)| **age_ms < p.lifetime_ms && near(point))
+        {
             (*point, *age_ms) = (at, 0);
         } else if self.points.push(at).is_ok() {
             // As many as points.
@@ -68,10 +66,13 @@ impl<S: Scalar, const POINTS: usize> ObstacleMemory<S, POINTS> {
         }
     }
 
-    /// The remembered points in the robot frame.
-    pub fn seen_from(&self, pose: Pose<S>) -> impl Iterator<Item = Point<S>> + '_ {
+    /// The points that are not too old, in the robot frame.
+    pub fn seen_from(&self, p: &MemoryParameters<S>, pose: Pose<S>) -> impl Iterator<Item = Point<S>> + '_ {
         let rotation = pose.heading_rad.sin_cos();
-        self.points.iter().map(move |&point| pose.to_robot_frame(point, rotation))
+        let lifetime_ms = p.lifetime_ms;
+        let entries = self.points.iter().zip(&self.ages_ms);
+        let kept = entries.filter(move |(_, age_ms)| **age_ms < lifetime_ms);
+        kept.map(move |(&point, _)| pose.to_robot_frame(point, rotation))
     }
 
     /// Forgets everything, as when the pose has jumped.
@@ -91,22 +92,22 @@ mod tests {
         let p = MemoryParameters { lifetime_ms: 500, merge_m: S::from_f32(0.014) };
         let mut memory = ObstacleMemory::<S, 3>::default();
         memory.remember(&p, Point::from_metres(1.0, 0.0));
-        memory.age(&p, 128);
+        memory.age(128);
         memory.remember(&p, Point::from_metres(1.01, 0.0));
-        assert_eq!(memory.seen_from(Pose::default()).count(), 1, "merged");
+        assert_eq!(memory.seen_from(&p, Pose::default()).count(), 1, "merged");
         for x in [2.0, 3.0, 4.0] {
-            memory.age(&p, 50);
+            memory.age(50);
             memory.remember(&p, Point::from_metres(x, 0.0));
         }
         let pose = Pose { x_m: S::ONE, y_m: S::ZERO, heading_rad: S::PI * S::HALF };
-        let seen: heapless::Vec<f32, 3> = memory.seen_from(pose).map(|at| -at.y_m.to_f32()).collect();
+        let seen: heapless::Vec<f32, 3> = memory.seen_from(&p, pose).map(|at| -at.y_m.to_f32()).collect();
         assert_eq!(seen.len(), 3);
         assert!(
             (seen.iter().copied().fold(f32::MAX, f32::min) - 1.0).abs() < 1e-4,
             "the oldest went: {seen:?}"
         );
-        memory.age(&p, 500);
-        assert_eq!(memory.seen_from(pose).count(), 0, "forgotten");
+        memory.age(500);
+        assert_eq!(memory.seen_from(&p, pose).count(), 0, "forgotten");
     }
 
     #[test]

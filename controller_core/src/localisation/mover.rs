@@ -16,12 +16,19 @@
 //! than where its velocity points to. With the discs' true motion instead of tracks none of 400 runs among one and two
 //! discs at 10 cm/s had a contact; without the rate of turn 16 had.
 //!
+//! Boards follow nothing: on the smaller one the code has no room (5 kB of flash), and on both the time of an integration
+//! is not bounded as it has to be there, since among movers nearly every neuron's way may have to be judged. So
+//! [`crate::config::CooperativeConfig::mover_headway_s`] is 0 by default, and whoever runs the core on a machine with
+//! room sets it.
+//!
 //! Tried and left out: what is now where an earlier scan looked through (edges of standing things look alike), keeping
 //! away from all that is near (doors close), the robot's own inertia (it no longer dares to brake).
 
 use heapless::Vec;
 
+use crate::list::first;
 use crate::scalar::Scalar;
+use crate::schedule::Schedule;
 use crate::sensing::proximity::{ProximityParameters, Scan, sensor_bearing};
 use crate::units::{Point, Polar, Pose, angle_between, wrap};
 
@@ -32,10 +39,6 @@ pub struct MoverParameters<S> {
     pub headway_s: S,
     /// Slower than this beside the body counts as standing (m/s); farther away noise grows and with it this.
     pub speed_mps: S,
-    /// Time between two scans (s).
-    pub period_s: S,
-    /// 1 / `period_s`.
-    pub per_period: S,
 }
 
 /// Something that moves, seen from the robot: robot frame.
@@ -186,7 +189,15 @@ struct Track<S: Scalar> {
     seen: u8,
     /// Scans since.
     missed: u8,
-    is_mover: bool,
+}
+
+/// The time between two scans.
+#[derive(Clone, Copy, Debug)]
+struct Period<S> {
+    /// It (s).
+    length_s: S,
+    /// Scans in a second.
+    per_second: S,
 }
 
 fn stored<S: Scalar>(point: Point<S>) -> [S::Weight; 2] {
@@ -200,23 +211,15 @@ fn read<S: Scalar>([x, y]: [S::Weight; 2]) -> Point<S> {
 impl<S: Scalar> Track<S> {
     fn new(at: Point<S>) -> Self {
         let still = [S::WEIGHT_ZERO; 2];
-        Self {
-            at,
-            velocity_mps: still,
-            turn_radps: S::WEIGHT_ZERO,
-            moved_m: still,
-            seen: 1,
-            missed: 0,
-            is_mover: false,
-        }
+        Self { at, velocity_mps: still, turn_radps: S::WEIGHT_ZERO, moved_m: still, seen: 1, missed: 0 }
     }
 
     /// Goes on as before until the next scan.
-    fn advance(&mut self, p: &MoverParameters<S>) {
+    fn advance(&mut self, period: Period<S>) {
         let Point { x_m: x, y_m: y } = read::<S>(self.velocity_mps);
-        let turn = S::from_weight(self.turn_radps) * p.period_s;
+        let turn = S::from_weight(self.turn_radps) * period.length_s;
         let half = turn * S::HALF;
-        self.go(Point { x_m: (x - y * half) * p.period_s, y_m: (y + x * half) * p.period_s });
+        self.go(Point { x_m: (x - y * half) * period.length_s, y_m: (y + x * half) * period.length_s });
         let shrink = S::ONE - turn * half;
         self.velocity_mps = stored(Point { x_m: x * shrink - y * turn, y_m: y * shrink + x * turn });
         self.missed = self.missed.saturating_add(1);
@@ -232,7 +235,7 @@ impl<S: Scalar> Track<S> {
     fn misfit(&self, ring: &ProximityParameters<S>, echo: &Echo<S>, pose: Pose<S>) -> Option<S> {
         let close = ring.body_radius_m * S::from_f32(CLOSE_RADII);
         let fits = echo.is_alone || (self.seen >= SEEN_MIN && echo.centre.distance_m < close);
-        if self.missed == 0 || !fits {
+        if self.missed == 0 || self.missed > MISSED_MAX || !fits {
             return None;
         }
         let place = pose.see(self.at);
@@ -244,66 +247,77 @@ impl<S: Scalar> Track<S> {
     }
 
     /// Takes over an echo.
-    fn follow(
-        &mut self,
-        p: &MoverParameters<S>,
-        ring: &ProximityParameters<S>,
-        echo: &Echo<S>,
-        pose: Pose<S>,
-    ) {
+    fn follow(&mut self, period: Period<S>, echo: &Echo<S>, pose: Pose<S>) {
         let s = S::from_f32;
         self.missed = 0;
-        self.seen =
-            if echo.is_alone { self.seen.saturating_add(1).min(SEEN_MAX) } else { self.seen.saturating_sub(1).max(1) };
+        self.seen = if echo.is_alone {
+            self.seen.saturating_add(1).min(SEEN_MAX)
+        } else {
+            self.seen.saturating_sub(1).max(1)
+        };
         let place = pose.see(self.at);
         let (sin, cos) = wrap(place.bearing_rad + pose.heading_rad).sin_cos();
         let away = echo.centre.distance_m - place.distance_m;
         let across = echo.beyond(place.bearing_rad) * place.distance_m;
-        let in_world = |along: S, aside: S| Point {
-            x_m: cos * along - sin * aside,
-            y_m: sin * along + cos * aside,
-        };
+        let in_world =
+            |along: S, aside: S| Point { x_m: cos * along - sin * aside, y_m: sin * along + cos * aside };
         let scan = usize::from(self.seen.saturating_sub(1));
         let (position, velocity) = GAINS.get(scan).copied().unwrap_or(GAINS_HELD);
         self.go(in_world(away * s(position), across * s(GAINS_ACROSS.0)));
         // A wall that stands where a mover was says nothing of how that moves.
         if echo.is_alone {
             let (along, aside) = (away * s(velocity), across * s(GAINS_ACROSS.1));
-            self.correct(in_world(along * p.per_period, aside * p.per_period), p);
+            self.correct(in_world(along * period.per_second, aside * period.per_second), period);
         }
-        let gap = (place.distance_m - ring.body_radius_m - ring.body_radius_m).max(S::ZERO);
         let moved = read::<S>(self.moved_m);
-        let has_moved = S::hypot(moved.x_m, moved.y_m) > s(MOVED_M) + gap * s(MOVED_SHARE);
         self.moved_m = stored(Point { x_m: moved.x_m * s(MOVED_KEPT), y_m: moved.y_m * s(MOVED_KEPT) });
-        self.is_mover = self.seen >= SEEN_MIN && has_moved && self.speed_mps() > noise_mps(p, gap);
     }
 
     /// Corrects the velocity by a difference, and the rate of turn by how far that turns it.
-    fn correct(&mut self, by: Point<S>, p: &MoverParameters<S>) {
+    fn correct(&mut self, by: Point<S>, period: Period<S>) {
         let before = read::<S>(self.velocity_mps);
         self.velocity_mps = stored(Point { x_m: before.x_m + by.x_m, y_m: before.y_m + by.y_m });
         let square = before.x_m * before.x_m + before.y_m * before.y_m;
         let least = S::from_f32(TURN_SPEED_MPS * TURN_SPEED_MPS);
         if self.seen >= SEEN_MIN && square > least {
             let turned = (before.x_m * by.y_m - before.y_m * by.x_m) / square;
-            let turn = S::from_weight(self.turn_radps) + turned * p.per_period * S::from_f32(GAIN_TURN);
+            let turn = S::from_weight(self.turn_radps) + turned * period.per_second * S::from_f32(GAIN_TURN);
             let most = S::from_f32(TURN_MAX_RADPS);
             self.turn_radps = turn.clamp(-most, most).to_weight();
         }
     }
 
-    fn speed_mps(&self) -> S {
-        let velocity = read::<S>(self.velocity_mps);
-        S::hypot(velocity.x_m, velocity.y_m)
+    /// How it moves, seen from a robot of the same size, if it does.
+    fn mover(&self, p: &MoverParameters<S>, body_radius_m: S, pose: Pose<S>) -> Option<Mover<S>> {
+        let rotation = pose.heading_rad.sin_cos();
+        let at = pose.to_robot_frame(self.at, rotation);
+        let gap = (S::hypot(at.x_m, at.y_m) - body_radius_m - body_radius_m).max(S::ZERO);
+        let (velocity, moved) = (read::<S>(self.velocity_mps), read::<S>(self.moved_m));
+        let speed = S::hypot(velocity.x_m, velocity.y_m);
+        // That noise may feign.
+        let feigned = p.speed_mps + gap * S::from_f32(NOISE_PER_S);
+        let least_m = S::from_f32(MOVED_M) + gap * S::from_f32(MOVED_SHARE);
+        let moves = self.seen >= SEEN_MIN
+            && self.missed <= MISSED_AS_MOVER
+            && speed > feigned
+            && S::hypot(moved.x_m, moved.y_m) > least_m;
+        let told = speed - feigned * S::from_f32(NOISE_SHARE);
+        moves.then(|| {
+            let share = told / speed;
+            let (x, y) = (velocity.x_m * share, velocity.y_m * share);
+            let (sin, cos) = rotation;
+            Mover {
+                at,
+                velocity_mps: Point { x_m: x * cos + y * sin, y_m: y * cos - x * sin },
+                turn_radps: S::from_weight(self.turn_radps),
+                clearance_m: S::from_f32(CLEARANCE_M) + told * p.headway_s,
+            }
+        })
     }
 }
 
-/// Speed that noise may feign at a gap (m) from the body.
-fn noise_mps<S: Scalar>(p: &MoverParameters<S>, gap: S) -> S {
-    p.speed_mps + gap * S::from_f32(NOISE_PER_S)
-}
-
-/// The tracks, at most `TRACKS`; where they do not suffice the one that has not been seen for longest goes.
+/// The tracks, at most `TRACKS`; where they do not suffice the one that has not been seen for longest goes. One that has
+/// been lost stays in its place until another needs it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Movers<S: Scalar, const TRACKS: usize> {
     tracks: Vec<Track<S>, TRACKS>,
@@ -314,20 +328,22 @@ impl<S: Scalar, const TRACKS: usize> Movers<S, TRACKS> {
     pub const NONE: Self = Self { tracks: Vec::new() };
 
     /// Takes over a scan, made at `pose`, one period after the last.
-    // Apart, so that its stack is free again for the fields.
-    #[inline(never)]
     pub fn renew<const SENSORS: usize>(
         &mut self,
         p: &MoverParameters<S>,
+        schedule: &Schedule,
         ring: &ProximityParameters<S>,
         scan: &Scan<S, SENSORS>,
         pose: Pose<S>,
     ) {
-        if p.headway_s <= S::ZERO {
+        if TRACKS == 0 || p.headway_s <= S::ZERO {
             return;
         }
+        let period_ms = S::from_i32(i32::from(schedule.avoidance_period_ms));
+        let period =
+            Period { length_s: period_ms * S::from_f32(0.001), per_second: S::from_i32(1000) / period_ms };
         for track in &mut self.tracks {
-            track.advance(p);
+            track.advance(period);
         }
         for echo in (0..SENSORS).filter_map(|sensor| Echo::of(ring, scan, sensor)) {
             let mut best: Option<(S, &mut Track<S>)> = None;
@@ -338,12 +354,11 @@ impl<S: Scalar, const TRACKS: usize> Movers<S, TRACKS> {
                 }
             }
             match best {
-                Some((_, track)) => track.follow(p, ring, &echo, pose),
+                Some((_, track)) => track.follow(period, &echo, pose),
                 None if echo.is_alone => self.begin(&echo, pose),
                 None => {}
             }
         }
-        self.tracks.retain(|track| track.missed <= MISSED_MAX);
     }
 
     fn begin(&mut self, echo: &Echo<S>, pose: Pose<S>) {
@@ -358,47 +373,34 @@ impl<S: Scalar, const TRACKS: usize> Movers<S, TRACKS> {
 
     /// What moves, seen from `pose`.
     #[must_use]
-    pub fn seen_from(&self, p: &MoverParameters<S>, body_radius_m: S, pose: Pose<S>) -> Vec<Mover<S>, TRACKS> {
-        let mut movers = Vec::new();
-        let (sin, cos) = pose.heading_rad.sin_cos();
-        for track in &self.tracks {
-            if !track.is_mover || track.missed > MISSED_AS_MOVER {
-                continue;
-            }
-            let at = pose.to_robot_frame(track.at, (sin, cos));
-            let gap = (S::hypot(at.x_m, at.y_m) - body_radius_m - body_radius_m).max(S::ZERO);
-            let speed = track.speed_mps();
-            let noise = noise_mps(p, gap) * S::from_f32(NOISE_SHARE);
-            if speed <= noise {
-                continue;
-            }
-            let share = (speed - noise) / speed;
-            let velocity = read::<S>(track.velocity_mps);
-            let (x, y) = (velocity.x_m * share, velocity.y_m * share);
-            // As many as tracks.
-            let _ = movers.push(Mover {
-                at,
-                velocity_mps: Point { x_m: x * cos + y * sin, y_m: y * cos - x * sin },
-                turn_radps: S::from_weight(track.turn_radps),
-                clearance_m: S::from_f32(CLEARANCE_M) + (speed - noise) * p.headway_s,
-            });
+    pub fn seen_from(
+        &self,
+        p: &MoverParameters<S>,
+        body_radius_m: S,
+        pose: Pose<S>,
+    ) -> Vec<Mover<S>, TRACKS> {
+        if TRACKS == 0 {
+            return Vec::new();
         }
-        movers
+        first(self.tracks.iter().filter_map(|track| track.mover(p, body_radius_m, pose)))
     }
 
     /// Leaves out of what sensors see what may well be of something that moves: nearer to its centre than a body's
     /// diameter. It is no wall to be followed; it will be gone before it is gone round.
-    #[inline(never)]
     pub fn leave_out<const SENSORS: usize>(
         &self,
+        p: &MoverParameters<S>,
         body_radius_m: S,
         pose: Pose<S>,
         detections: &mut Vec<Polar<S>, SENSORS>,
     ) {
-        let (sin, cos) = pose.heading_rad.sin_cos();
-        for track in self.tracks.iter().filter(|track| track.is_mover) {
-            let at = pose.to_robot_frame(track.at, (sin, cos));
-            detections.retain(|place| at.distance_to(place.to_point()) > body_radius_m + body_radius_m);
+        if TRACKS == 0 {
+            return;
+        }
+        for mover in self.seen_from(p, body_radius_m, pose) {
+            let apart =
+                |place: &Polar<S>| mover.at.distance_to(place.to_point()) > body_radius_m + body_radius_m;
+            *detections = first(detections.iter().copied().filter(apart));
         }
     }
 

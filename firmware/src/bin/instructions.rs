@@ -94,6 +94,7 @@ fn papers() -> Config {
     config.cooperative.obstacle_front_sigma_m = 0.035;
     config.cooperative.sweep_strength = 0.0;
     config.cooperative.memory_ms = 0;
+    config.cooperative.mover_headway_s = 0.0;
     config.cooperative.detour_patience_ms = 0;
     config
 }

@@ -86,7 +86,7 @@ pub struct LearningArgs {
     /// Seed of everything that is drawn: exploration, targets, start, noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Configuration of the controller, see the command `config`; `precise`, `p1`, `literal` and `large` are built in
+    /// Configuration of the controller, see the command `config`; `precise`, `p1`, `literal`, `large` and `movers` are built in
     #[arg(long, value_name = "NAME|FILE.toml")]
     pub config: Option<PathBuf>,
 }
@@ -372,7 +372,7 @@ pub struct EvaluateCalibrationArgs {
     /// Arithmetic
     #[arg(long, value_enum, default_value_t = ScalarArg::F32)]
     pub scalar: ScalarArg,
-    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`
+    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`, `movers`
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "precise")]
     pub config: PathBuf,
     /// Write the figure (SVG) into this folder
@@ -398,7 +398,7 @@ pub struct EvaluatePositioningArgs {
     /// Only this output layer
     #[arg(long, value_enum)]
     pub mapping: Option<MappingArg>,
-    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`; may be given several
+    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`, `movers`; may be given several
     /// times
     #[arg(long, value_name = "NAME|FILE.toml", default_values = ["precise", "p1"])]
     pub config: Vec<PathBuf>,

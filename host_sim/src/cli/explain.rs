@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use controller_core::scalar::Fixed;
+use controller_core::units::Point;
 use host_sim::contender::Contender;
 use host_sim::explanation::{self, Explanation, NeuronActivity, Place};
 use host_sim::figure::draw_decision;
@@ -193,9 +194,10 @@ fn text(explanation: &Explanation, all: bool) -> String {
         lines.push(("why", sentence.clone()));
     }
     format!(
-        "{}\n{}{}{}",
+        "{}\n{}{}{}{}",
         facts(lines),
         detections(explanation),
+        movers(explanation),
         others(explanation),
         neurons(explanation, all)
     )
@@ -251,23 +253,29 @@ fn detections(explanation: &Explanation) -> String {
 }
 
 fn others(explanation: &Explanation) -> String {
-    let others = &explanation.decision.others;
-    if others.is_empty() {
-        return String::new();
-    }
-    let mut rows = vec![
-        ["other robot at cm", "°", "cm/s ahead", "to the left", "takes of winner"].map(String::from).to_vec(),
-    ];
-    for other in others {
-        rows.push(vec![
-            format!("{:.1}", other.place.distance_m * 100.0),
-            format!("{:.0}", other.place.bearing_rad.to_degrees()),
-            format!("{:.1}", other.velocity_mps.x_m * 100.0),
-            format!("{:.1}", other.velocity_mps.y_m * 100.0),
-            other.inhibits_winner.map_or_else(|| String::from("-"), |part| format!("{part:.4}")),
-        ]);
-    }
-    format!("{}\n", table(&rows))
+    let others = explanation.decision.others.iter();
+    moving("other robot at cm", others.map(|other| (other.place, other.velocity_mps, other.inhibits_winner)))
+}
+
+fn movers(explanation: &Explanation) -> String {
+    let movers = explanation.decision.movers.iter();
+    moving("moves at cm", movers.map(|mover| (mover.place, mover.velocity_mps, mover.inhibits_winner)))
+}
+
+/// A table of places that move; nothing where there are none.
+fn moving(what: &str, each: impl Iterator<Item = (Place, Point<f32>, Option<f32>)>) -> String {
+    let mut rows =
+        vec![[what, "°", "cm/s ahead", "to the left", "takes of winner"].map(String::from).to_vec()];
+    rows.extend(each.map(|(place, velocity_mps, inhibits_winner)| {
+        vec![
+            format!("{:.1}", place.distance_m * 100.0),
+            format!("{:.0}", place.bearing_rad.to_degrees()),
+            format!("{:.1}", velocity_mps.x_m * 100.0),
+            format!("{:.1}", velocity_mps.y_m * 100.0),
+            inhibits_winner.map_or_else(|| String::from("-"), |part| format!("{part:.4}")),
+        ]
+    }));
+    if rows.len() > 1 { format!("{}\n", table(&rows)) } else { String::new() }
 }
 
 fn neurons(explanation: &Explanation, all: bool) -> String {

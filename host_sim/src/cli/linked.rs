@@ -112,6 +112,7 @@ fn nameless(address: &Address) -> CliError {
 fn run_in<S: StoredScalar>(args: &RunArgs, mut session: AnySession) -> Result<Outcome, CliError> {
     run_once::<S>(args, |task| {
         let config = mission::config_for(task.scenario, &task.settings.core, Some(task.controller));
+        config.check_without_movers()?;
         session.configure(&config)?;
         session.upload_map(task.map, task.steps)?;
         let begin = Instant::now();
@@ -210,6 +211,7 @@ pub fn train(args: &TrainArgs, address: &Address) -> Result<Outcome, CliError> {
         )));
     }
     let config = configuration(&args.learning)?;
+    config.check_without_movers()?;
     let session = connect(address, &args.link.way, args.learning.scalar, TimeBase::Lockstep)?;
     match session.board.scalar {
         Some(ScalarKind::F32) => train_in::<f32>(args, &config, session),

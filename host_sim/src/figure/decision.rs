@@ -44,11 +44,12 @@ pub fn draw_decision(explanation: &Explanation, robot: &Config) -> String {
     document = document.add(draw_neurons(&canvas, &decision.neurons));
     document = draw_obstacles(&canvas, document, explanation);
     let radius_m = f64::from(robot.robot.body_radius_m);
-    for other in &decision.others {
-        let place = position(other.place);
+    let others = decision.others.iter().map(|other| (other.place, SECOND));
+    for (place, colour) in others.chain(decision.movers.iter().map(|mover| (mover.place, MOVING))) {
+        let place = position(place);
         if shown(place, shown_m) == place {
-            let body = circle(&canvas, place, radius_m).set("fill", SECOND).set("fill-opacity", 0.15);
-            document = document.add(body.set("stroke", SECOND).set("stroke-width", 2));
+            let body = circle(&canvas, place, radius_m).set("fill", colour).set("fill-opacity", 0.15);
+            document = document.add(body.set("stroke", colour).set("stroke-width", 2));
         }
     }
     document = document.add(draw_body(&canvas, radius_m));
@@ -97,6 +98,9 @@ fn entries(explanation: &Explanation) -> Vec<(Mark, String)> {
     add(Mark::Stroke(ARC), "way of the command");
     add(Mark::Dot(MOVING), "detection");
     add(Mark::Hollow(UNFORESEEN), "remembered point");
+    if !decision.movers.is_empty() {
+        add(Mark::Ring(MOVING), "what moves");
+    }
     if !decision.others.is_empty() {
         add(Mark::Ring(SECOND), "other robot");
     }
