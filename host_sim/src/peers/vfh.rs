@@ -34,45 +34,45 @@ numbers! {
     /// Numbers of VFH+.
     VfhConfig, "vfh" {
         /// Edge of a cell, in m.
-        cell_m: 0.0072, 0.001 to 0.1, log(0.004, 0.015);
+        cell_m: 0.00586, 0.001 to 0.1, log(0.004, 0.015);
         /// Radius of the active window, in m.
         window_m: 0.5, 0.05 to 1.0, linear(0.08, 0.5);
         /// Distance that is added to the body's radius, in m.
-        safety_m: 0.0, 0.0 to 1.0, linear(0.0, 0.02);
+        safety_m: 0.000774, 0.0 to 1.0, linear(0.0, 0.02);
         /// Certainty that a reading adds to its cell, of at most 1.
-        hit: 0.141, 0.01 to 1.0, linear(0.1, 1.0);
+        hit: 0.113, 0.01 to 1.0, linear(0.1, 1.0);
         /// Certainty that it takes from each cell before it.
-        miss: 0.119, 0.0 to 1.0, linear(0.0, 0.6);
+        miss: 0.0541, 0.0 to 1.0, linear(0.0, 0.6);
         /// a: weight of the nearest cells against 1 at the rim of the window.
         near_weight: 6.32, 1.0 to 1000.0, log(1.0, 30.0);
         /// Density below which a blocked sector becomes free.
-        threshold_low: 1.68, 0.0 to 1000.0, log(0.03, 3.0);
+        threshold_low: 1.67, 0.0 to 1000.0, log(0.03, 3.0);
         /// Density above which a free sector is blocked, as a multiple of the other.
-        threshold_ratio: 2.32, 1.0 to 1000.0, linear(1.0, 4.0);
+        threshold_ratio: 4.0, 1.0 to 1000.0, linear(1.0, 4.0);
         /// Openings of more sectors than this are wide: the robot keeps half of it from their edges.
-        wide_sectors: 21.0, 1.0 to 72.0, linear(4.0, 30.0);
+        wide_sectors: 21.1, 1.0 to 72.0, linear(4.0, 30.0);
         /// μ₁: off the target.
         target_cost: 5.0, 0.0 to 1000.0, given;
         /// μ₂: off the heading.
-        heading_cost: 4.49, 0.0 to 1000.0, linear(0.0, 6.0);
+        heading_cost: 4.96, 0.0 to 1000.0, linear(0.0, 6.0);
         /// μ₃: off the last choice.
-        change_cost: 0.511, 0.0 to 1000.0, linear(0.0, 6.0);
+        change_cost: 0.0, 0.0 to 1000.0, linear(0.0, 6.0);
         /// Radius of the turning circle over the speed, in s.
-        turning_s: 0.418, 0.0 to 100.0, linear(0.0, 0.5);
+        turning_s: 0.372, 0.0 to 100.0, linear(0.0, 0.5);
         /// Speed where nothing is near, as a share of c*.
-        cruise_share: 0.363, 0.01 to 1.0, linear(0.3, 1.0);
+        cruise_share: 0.405, 0.01 to 1.0, linear(0.3, 1.0);
         /// Time that the free way ahead must last, in s.
         headway_s: 0.649, 0.0 to 100.0, linear(0.1, 1.5);
         /// Within this distance of the body the speed falls, in m.
-        near_m: 0.00665, 0.0001 to 20.0, log(0.001, 0.1);
+        near_m: 0.0119, 0.0001 to 20.0, log(0.001, 0.1);
         /// Beyond this bearing the robot turns on the spot, in rad.
         spot_rad: 1.13, 0.01 to 3.2, linear(0.3, 1.57);
         /// Time constant of a turn, in s.
-        turn_time_s: 0.398, 0.01 to 10.0, linear(0.13, 0.6);
+        turn_time_s: 0.214, 0.01 to 10.0, linear(0.13, 0.6);
         /// Directions beyond this bearing are taken backwards, in rad.
-        back_rad: 2.95, 0.0 to 3.2, linear(1.57, 3.2);
+        back_rad: 2.63, 0.0 to 3.2, linear(1.57, 3.2);
         /// How long a point is remembered that is not seen again, in s.
-        memory_s: 10.8, 0.0 to 600.0, log(0.2, 20.0);
+        memory_s: 6.52, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 
