@@ -5,7 +5,8 @@
 //! * **Method**: a trained map, random targets ahead (near, far and beyond the workspace) and random detections of up
 //!   to all 12 sensors. Fields, winner k and command against an independent implementation in `f64`
 //!   ([`tests::fields`]) that reads the same map. Literal: obstacle fields at their winning neurons, no
-//!   swept path, memory, movers or detour, no rule for far targets, `M_k w_k` beyond c*, P2's `σ_bd` of 3.5 m and 0.035 m.
+//!   swept path, memory, movers or detour, no rule for far targets, `M_k w_k` beyond c*, P2's `σ_bd` of 3.5 m and
+//!   0.035 m.
 //! * **Paper**: equations.
 //! * **Tolerance**: 10⁻⁵ per field, and half a step of 2.4·10⁻⁴ for Σb as fixed point stores it. The winner must be
 //!   the same unless the reference itself was undecided, which means: the numbers that it compared differed by less

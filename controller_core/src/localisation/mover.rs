@@ -16,10 +16,10 @@
 //! than where its velocity points to. With the discs' true motion instead of tracks none of 400 runs among one and two
 //! discs at 10 cm/s had a contact; without the rate of turn 16 had.
 //!
-//! Boards follow nothing: on the smaller one the code has no room (5 kB of flash), and on both the time of an integration
-//! is not bounded as it has to be there, since among movers nearly every neuron's way may have to be judged. So
-//! [`crate::config::CooperativeConfig::mover_headway_s`] is 0 by default, and whoever runs the core on a machine with
-//! room sets it.
+//! Boards follow nothing: on the smaller one the code has no room (5 kB of flash), and on both the time of an
+//! integration is not bounded as it has to be there, since among movers nearly every neuron's way may have to be
+//! judged. So [`crate::config::CooperativeConfig::mover_headway_s`] is 0 by default, and whoever runs the core on a
+//! machine with room sets it.
 //!
 //! Tried and left out: what is now where an earlier scan looked through (edges of standing things look alike), keeping
 //! away from all that is near (doors close), the robot's own inertia (it no longer dares to brake).
@@ -316,8 +316,8 @@ impl<S: Scalar> Track<S> {
     }
 }
 
-/// The tracks, at most `TRACKS`; where they do not suffice the one that has not been seen for longest goes. One that has
-/// been lost stays in its place until another needs it.
+/// The tracks, at most `TRACKS`; where they do not suffice the one that has not been seen for longest goes. One that
+/// has been lost stays in its place until another needs it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Movers<S: Scalar, const TRACKS: usize> {
     tracks: Vec<Track<S>, TRACKS>,

@@ -17,8 +17,8 @@ const DOORWAY_DETOUR: f32 = 1.05;
 /// A corner is cut into two when that saves this share of the whole way; less is not worth a checkpoint.
 const CORNER_SAVING: f32 = 0.005;
 
-/// Or this share of the two joins that meet there: where a long way bends at each step, as in a maze, no single corner is
-/// much of the whole.
+/// Or this share of the two joins that meet there: where a long way bends at each step, as in a maze, no single corner
+/// is much of the whole.
 const SHARP_SAVING: f32 = 0.02;
 
 /// Places where the width of the way is taken, in radii of the disc: the middle of a doorway is as exact as this.

@@ -86,7 +86,8 @@ pub struct LearningArgs {
     /// Seed of everything that is drawn: exploration, targets, start, noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Configuration of the controller, see the command `config`; `precise`, `p1`, `literal`, `large` and `movers` are built in
+    /// Configuration of the controller, see the command `config`; `precise`, `p1`, `literal`, `large` and `movers` are
+    /// built in
     #[arg(long, value_name = "NAME|FILE.toml")]
     pub config: Option<PathBuf>,
 }
@@ -398,8 +399,8 @@ pub struct EvaluatePositioningArgs {
     /// Only this output layer
     #[arg(long, value_enum)]
     pub mapping: Option<MappingArg>,
-    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`, `movers`; may be given several
-    /// times
+    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`, `movers`; may be given
+    /// several times
     #[arg(long, value_name = "NAME|FILE.toml", default_values = ["precise", "p1"])]
     pub config: Vec<PathBuf>,
     /// Instead: with the first configuration, undo each of what we changed in the papers' learning, one by one
