@@ -194,6 +194,11 @@ fn parameters<S: Scalar>() {
     let index = index_of("schedule.target_period_ms");
     host.refused(commit.clone(), Refusal::BadParameter { index });
     host.done(set("schedule.target_period_ms", 512.0));
+    // A board does not follow what moves, and says so instead of leaving it out.
+    host.done(set("cooperative.mover_headway_s", 0.6));
+    let index = index_of("cooperative.mover_headway_s");
+    host.refused(commit.clone(), Refusal::BadParameter { index });
+    host.done(set("cooperative.mover_headway_s", 0.0));
     let index = index_of("servo.stall_share");
     host.refused(set("servo.stall_share", 1.5), Refusal::BadParameter { index });
     host.done(commit.clone());
