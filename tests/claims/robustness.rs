@@ -142,6 +142,7 @@ fn variants<S: Scalar>() -> [Parameters<S, SENSORS>; 3] {
     let mut fast = Config::default();
     fast.schedule.avoidance_period_ms = 8;
     fast.schedule.target_period_ms = 16;
+    fast.cooperative.mover_headway_s = 0.6;
     [literal, fusion, fast].map(|config| config.build().unwrap())
 }
 

@@ -110,16 +110,20 @@ mod tests {
     use crate::scalar::{Fixed, Scalar};
     use crate::units::{Point, Polar};
 
-    fn check<S: Scalar>() {
-        let s = S::from_f32;
-        let p = SweepParameters {
-            body_radius_m: s(0.025),
-            margin_m: s(0.01),
-            strength_per_m: s(300.0),
+    fn parameters<S: Scalar>() -> SweepParameters<S> {
+        SweepParameters {
+            body_radius_m: S::from_f32(0.025),
+            margin_m: S::from_f32(0.01),
+            strength_per_m: S::from_f32(300.0),
             look_ahead: S::ONE,
             headway: S::ZERO,
             step_s: S::ONE,
-        };
+        }
+    }
+
+    fn check<S: Scalar>() {
+        let s = S::from_f32;
+        let p = parameters::<S>();
         let post = [Point::from_metres(0.08, 0.03)];
         let to = |bearing, distance| {
             inhibition(&p, Polar { bearing_rad: s(bearing), distance_m: s(distance) }, post.iter(), &[])
@@ -136,14 +140,7 @@ mod tests {
 
     fn check_movers<S: Scalar>() {
         let s = S::from_f32;
-        let p = SweepParameters {
-            body_radius_m: s(0.025),
-            margin_m: s(0.01),
-            strength_per_m: s(300.0),
-            look_ahead: S::ONE,
-            headway: S::ZERO,
-            step_s: S::ONE,
-        };
+        let p = parameters::<S>();
         // From the left across the way, 10 cm ahead.
         let mover = |turn| Mover {
             at: Point::from_metres(0.1, 0.1),
