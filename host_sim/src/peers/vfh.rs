@@ -368,7 +368,9 @@ mod tests {
 
     #[test]
     fn what_is_seen_blocks_its_directions_until_it_is_gone() {
-        let mut vfh = Vfh::new(ROBOT, VfhConfig { hit: 1.0, ..VfhConfig::default() });
+        // One reading is enough, whatever the search has found to be best.
+        let prompt = VfhConfig { hit: 1.0, miss: 0.1, threshold_ratio: 2.0, ..VfhConfig::default() };
+        let mut vfh = Vfh::new(ROBOT, prompt);
         let mut ranges = [None; 12];
         ranges[0] = Some(0.06);
         let motion = vfh.decide(&view(&ranges, &[], 0.0));
