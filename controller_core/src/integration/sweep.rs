@@ -65,15 +65,16 @@ pub fn inhibition<'a, S: Scalar>(
     let (first, last) = (length.min(S::ZERO), length.max(S::ZERO));
     for _ in 0..CHORDS {
         let (sin, cos) = heading.sin_cos();
-        // Along the chord and beside it.
-        let seen_from_chord = |place: Point<S>| {
-            let (dx, dy) = (place.x_m - at.x_m, place.y_m - at.y_m);
-            let along = dx * cos + dy * sin;
-            (along - along.clamp(first, last), dy * cos - dx * sin)
+        // Beside the chord, and beyond its ends; apart, since most places are far aside.
+        let aside_of = |place: Point<S>| (place.y_m - at.y_m) * cos - (place.x_m - at.x_m) * sin;
+        let beyond_of = |place: Point<S>| {
+            let along = (place.x_m - at.x_m) * cos + (place.y_m - at.y_m) * sin;
+            along - along.clamp(first, last)
         };
         for mover in movers {
             let safe = p.body_radius_m + p.body_radius_m + mover.clearance_m;
-            let (beyond, aside) = seen_from_chord(mover.after(now_s));
+            let there = mover.after(now_s);
+            let (beyond, aside) = (beyond_of(there), aside_of(there));
             if beyond.abs() < safe && aside.abs() < safe {
                 let distance = S::hypot(beyond, aside);
                 let nearer = S::hypot(mover.at.x_m, mover.at.y_m) - distance;
@@ -84,10 +85,11 @@ pub fn inhibition<'a, S: Scalar>(
         }
         now_s += chord_s;
         for obstacle in obstacles.clone() {
-            let (beyond, aside) = seen_from_chord(*obstacle);
+            let aside = aside_of(*obstacle);
             if aside.abs() >= safe {
                 continue;
             }
+            let beyond = beyond_of(*obstacle);
             if beyond.abs() >= safe || beyond * beyond + aside * aside >= safe_square {
                 continue;
             }
