@@ -425,6 +425,9 @@ impl<S: Scalar> Moment<'_, S> {
         report.neurons = judged.iter().map(|neuron| self.activity(&field, neuron)).collect();
         // Equal activities go to the neuron that is ranked first, as in the core; sorting keeps the order of equals.
         judged.sort_by(|a, b| by_size(b.e, a.e));
+        if self.ways.movers().is_empty() {
+            judged.truncate(usize::from(neural::JUDGED_MAX));
+        }
         judged.sort_by(|a, b| by_size(b.total(), a.total()));
         let mut ranked = judged.iter();
         let Some(winner) = ranked.next() else { return };

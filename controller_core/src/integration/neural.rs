@@ -7,7 +7,8 @@
 //!
 //! * **Swept path**: candidates are taken from the highest `e_i` down and lose what [`crate::integration::sweep`] says
 //!   of their way, until the best of those judged beats all others unjudged. The result is that of judging all
-//!   225; usually fewer than ten are.
+//!   225; usually fewer than ten are. Where everything is in the way no more than [`JUDGED_MAX`] are: a board has a
+//!   deadline. Among movers, which no board follows, all are.
 //! * **Retreat**: the map reaches a quarter of a step backwards, for that is all that positioning needs; what moves is
 //!   quicker. While something does, a step backwards is judged and made as fast as the wheels turn ([`Stride`]).
 
@@ -59,6 +60,10 @@ struct Ranking<'a, S: Scalar, O, const COLUMNS: usize, const ROWS: usize> {
     first: [S::Weight; COLUMNS],
     row: [u8; COLUMNS],
 }
+
+/// Most candidates whose way is judged where nothing moves, the most active first. On the slower board one takes some 10,000 instructions of
+/// the million that a period leaves.
+pub const JUDGED_MAX: u16 = 96;
 
 /// Below any activity: inhibition saturates at −8 in 16 bits. What is untrained or taken out counts as this.
 const OUT: i32 = -8;
@@ -215,7 +220,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
             let (command, is_target) = command(map, reaching, target, (index, stride.haste));
             best = Some(Decision { command, winner: index, activity, is_target, judged: count });
         }
-        if inhibition <= S::ZERO {
+        if inhibition <= S::ZERO || (count >= JUDGED_MAX && !is_pressed) {
             // None behind it can be better.
             break;
         }
