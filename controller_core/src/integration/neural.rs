@@ -62,8 +62,8 @@ struct Ranking<'a, S: Scalar, O, const COLUMNS: usize, const ROWS: usize> {
 }
 
 /// Most candidates whose way is judged where nothing moves, the most active first. On the slower board one takes some
-/// 10,000 instructions of the million that a period leaves.
-pub const JUDGED_MAX: u16 = 96;
+/// 14,000 instructions of the million that a period leaves.
+pub const JUDGED_MAX: u16 = 40;
 
 /// Below any activity: inhibition saturates at −8 in 16 bits. What is untrained or taken out counts as this.
 const OUT: i32 = -8;
