@@ -1,8 +1,8 @@
 //! P2 Eq. 1–10 in `f64`, written from the papers' equations and not from the core.
 //!
 //! The core's additions (swept path, memory, movers, detour) are not here; it is the literal form. Where the papers
-//! leave something open, the meaning is the core's documented one: A(α) admits neurons up to a tolerance beyond the closest
-//! bearing, and distances are measured in units of the reach.
+//! leave something open, the meaning is the core's documented one: A(α) admits neurons up to a tolerance beyond the
+//! closest bearing, and distances are measured in units of the reach.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
