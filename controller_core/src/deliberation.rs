@@ -340,7 +340,8 @@ impl<
 
     fn integrate_fields(&mut self, p: &Parameters<S, SENSORS>, pose: Pose<S>) -> Command<S> {
         let Some(target) = self.standing.target.value else { return Command::default() };
-        let ways = self.ways(p, pose);
+        let mut ways = self.ways(p, pose);
+        let is_pressed = TRACKS > 0 && !ways.movers().is_empty();
         let decision = neural::integrate(
             &self.map,
             &p.neural,
@@ -348,8 +349,8 @@ impl<
             &p.scaling,
             &target,
             &self.standing.obstacles.value,
-            TRACKS > 0 && !ways.movers().is_empty(),
-            |place| ways.inhibition(&p.sweep, place),
+            is_pressed,
+            |place, enough| ways.inhibition(&p.sweep, place, enough),
         );
         self.standing.decision = decision.unwrap_or_default();
         self.standing.decision.command

@@ -370,13 +370,13 @@ impl<S: Scalar> Moment<'_, S> {
     /// What one obstacle point takes of a neuron because it is near the way to its place.
     fn point_inhibition(&self, point: Point<S>, neuron: Features<S>) -> S {
         let p = self.parameters;
-        sweep::inhibition(&p.sweep, p.scaling.place(neuron), core::iter::once(&point), &[])
+        sweep::inhibition(&p.sweep, p.scaling.place(neuron), &mut [point], &[], S::LIMIT)
     }
 
     /// What something that moves takes of a neuron because it will be near the way to its place.
     fn mover_inhibition(&self, mover: Mover<S>, neuron: Features<S>) -> S {
         let p = self.parameters;
-        sweep::inhibition(&p.sweep, p.scaling.place(neuron), [].iter(), &[mover])
+        sweep::inhibition(&p.sweep, p.scaling.place(neuron), &mut [], &[mover], S::LIMIT)
     }
 
     /// How a neuron's step is made.
@@ -386,11 +386,12 @@ impl<S: Scalar> Moment<'_, S> {
 
     fn judge(&self, field: &TargetField<S>) -> Vec<Judged<S>> {
         let (p, map) = (self.parameters, self.core.map());
+        let mut ways = self.ways.clone();
         let judge = |(index, place)| {
             let inhibition = self.core.obstacle_field().value.inhibition(index);
             let e = neural::activity(&p.neural.target, field, place, inhibition);
             let stride = self.stride(index);
-            let way = self.ways.inhibition(&p.sweep, p.scaling.place(stride.place));
+            let way = ways.inhibition(&p.sweep, p.scaling.place(stride.place), S::LIMIT);
             Judged { index, place, stride, e, way }
         };
         map.places(p.reaching.winner.eligible).map(judge).collect()
@@ -425,9 +426,6 @@ impl<S: Scalar> Moment<'_, S> {
         report.neurons = judged.iter().map(|neuron| self.activity(&field, neuron)).collect();
         // Equal activities go to the neuron that is ranked first, as in the core; sorting keeps the order of equals.
         judged.sort_by(|a, b| by_size(b.e, a.e));
-        if self.ways.movers().is_empty() {
-            judged.truncate(usize::from(neural::JUDGED_MAX));
-        }
         judged.sort_by(|a, b| by_size(b.total(), a.total()));
         let mut ranked = judged.iter();
         let Some(winner) = ranked.next() else { return };

@@ -21,6 +21,14 @@ pub trait Message: Serialize + DeserializeOwned + Schema {
 
     /// The first field whose value the wire does not carry (not finite, or a negative range), by name.
     fn first_invalid(&self) -> Option<&'static str>;
+
+    /// Reads a message that fills `bytes` exactly, its kind being known; for all else there is [`from_bytes`].
+    ///
+    /// Of the trait, so that this crate compiles it, small, instead of whoever asks for it.
+    ///
+    /// # Errors
+    /// See [`DecodeError`].
+    fn read(bytes: &[u8]) -> Result<Self, DecodeError>;
 }
 
 /// Why a message could not be written.
@@ -104,7 +112,7 @@ pub fn from_bytes<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
     {
         return Err(DecodeError::UnknownMessage { key, known: M::KINDS });
     }
-    read(bytes, M::first_invalid)
+    M::read(bytes)
 }
 
 /// Reads what fills `bytes` exactly, a message or a part of one.

@@ -656,6 +656,10 @@ impl Message for FromHost {
     // Variant, variant of the change, length, points.
     const MAX_BYTES: usize = 1 + 1 + 1 + CHECKPOINTS_PER_MESSAGE * (4 + 4);
 
+    fn read(bytes: &[u8]) -> Result<Self, DecodeError> {
+        read(bytes, Self::first_invalid)
+    }
+
     fn first_invalid(&self) -> Option<&'static str> {
         match self {
             Self::Step(readings) | Self::Sense(readings) => readings.first_invalid(),
@@ -681,6 +685,10 @@ impl Message for FromBoard {
     const KINDS: u8 = 11;
     // Neurons: variant, number of the first, length, neurons.
     const MAX_BYTES: usize = 1 + 3 + 1 + NEURONS_PER_MESSAGE * NeuronRecord::BYTES;
+
+    fn read(bytes: &[u8]) -> Result<Self, DecodeError> {
+        read(bytes, Self::first_invalid)
+    }
 
     fn first_invalid(&self) -> Option<&'static str> {
         match self {

@@ -6,9 +6,9 @@
 //! # We changed
 //!
 //! * **Swept path**: candidates are taken from the highest `e_i` down and lose what [`crate::integration::sweep`] says
-//!   of their way, until the best of those judged beats all others unjudged. The result is that of judging all
-//!   225; usually fewer than ten are. Where everything is in the way no more than [`JUDGED_MAX`] are: a board has a
-//!   deadline. Among movers, which no board follows, all are.
+//!   of their way, until the best of those judged beats all others unjudged. The result is that of judging all 225;
+//!   usually fewer than ten are. After [`RANKED`] of them the order is no longer worth its price: everything is in the
+//!   way, and the rest are judged as they come, each only as far as it takes to see that it is no better.
 //! * **Retreat**: the map reaches a quarter of a step backwards, for that is all that positioning needs; what moves is
 //!   quicker. While something does, a step backwards is judged and made as fast as the wheels turn ([`Stride`]).
 
@@ -46,11 +46,11 @@ pub struct Decision<S> {
     pub judged: u16,
 }
 
-/// The neurons in the order of `e_i`, the largest first, ties to the lower index.
+/// The candidates: first in the order of `e_i`, the largest first, ties to the lower index; then as they come.
 ///
-/// Only the first of each column is kept; when it is taken out, its column is computed again. That costs a fifteenth of
-/// the map for each candidate, and spares the stack the activities of all neurons.
-struct Ranking<'a, S: Scalar, O, const COLUMNS: usize, const ROWS: usize> {
+/// Of the order only the first of each column is kept; when it is taken out, its column is computed again. That costs a
+/// fifteenth of the map for each candidate, and spares the stack the activities of all neurons.
+struct Candidates<'a, S: Scalar, O, const COLUMNS: usize, const ROWS: usize> {
     map: &'a Map<S, O, COLUMNS, ROWS>,
     parameters: &'a TargetFieldParameters<S>,
     target: &'a TargetField<S>,
@@ -59,11 +59,25 @@ struct Ranking<'a, S: Scalar, O, const COLUMNS: usize, const ROWS: usize> {
     /// Of each column: the activity, and the row where it was found.
     first: [S::Weight; COLUMNS],
     row: [u8; COLUMNS],
+    /// The activities of the column that was kept last.
+    column: [S::Weight; ROWS],
+    /// What comes next where they come in no order: a column, and a row of it.
+    next: (usize, usize),
 }
 
-/// Most candidates whose way is judged where nothing moves, the most active first. On the slower board one takes some
-/// 14,000 instructions of the million that a period leaves.
-pub const JUDGED_MAX: u16 = 40;
+/// So many candidates are judged in the order of their activity. To find the next one takes some 6,000 instructions on
+/// the slower board, several times what it takes to see that one is no better than the best.
+pub const RANKED: u16 = 10;
+
+/// The best of those judged.
+#[derive(Clone, Copy)]
+struct Best<S> {
+    index: NeuronIndex,
+    haste: S,
+    /// `e_i`, and what is left of it.
+    e: S,
+    activity: S,
+}
 
 /// Below any activity: inhibition saturates at −8 in 16 bits. What is untrained or taken out counts as this.
 const OUT: i32 = -8;
@@ -134,7 +148,9 @@ pub fn stride<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     Stride { place: Features { bearing: place.bearing * haste, distance: place.distance * haste }, haste }
 }
 
-impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Ranking<'a, S, O, COLUMNS, ROWS> {
+impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
+    Candidates<'a, S, O, COLUMNS, ROWS>
+{
     fn new(
         map: &'a Map<S, O, COLUMNS, ROWS>,
         parameters: &'a TargetFieldParameters<S>,
@@ -142,32 +158,50 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Ranki
         obstacles: &'a ObstacleField<S, COLUMNS, ROWS>,
         eligible: Eligible,
     ) -> Self {
-        let (first, row) = ([S::WEIGHT_ZERO; COLUMNS], [0; COLUMNS]);
-        let mut ranking = Self { map, parameters, target, obstacles, eligible, first, row };
+        let (first, row, column) = ([S::WEIGHT_ZERO; COLUMNS], [0; COLUMNS], [S::WEIGHT_ZERO; ROWS]);
+        let mut candidates =
+            Self { map, parameters, target, obstacles, eligible, first, row, column, next: (0, 0) };
         for column in 0..COLUMNS {
-            ranking.rank(column, None);
+            candidates.rank(column, None);
         }
-        ranking
+        candidates
     }
 
-    /// Finds the first of a column behind the one taken out, if one was.
-    fn rank(&mut self, column: usize, taken: Option<(usize, S)>) {
-        let out = S::from_i32(OUT);
-        let (mut first, mut first_row) = (out, 0);
-        if let Some(inhibitions) = self.obstacles.column(column) {
-            for (row, place) in self.map.rows(column, self.eligible) {
-                let Some(&inhibition) = inhibitions.get(row) else { break };
-                let e = activity(self.parameters, self.target, place, S::from_weight(inhibition));
-                let is_behind = taken.is_none_or(|(of_row, of)| e < of || (e <= of && row > of_row));
-                if is_behind && e > first {
-                    (first, first_row) = (e, row);
-                }
+    /// The first of a column behind the one taken out, if one was.
+    fn first_of(&self, column: usize, taken: Option<(usize, S)>) -> (S, usize) {
+        let mut first = (S::from_i32(OUT), 0);
+        let Some(inhibitions) = self.obstacles.column(column) else { return first };
+        // By value, so that they stay in registers.
+        let (parameters, target) = (*self.parameters, *self.target);
+        for (row, place) in self.map.rows(column, self.eligible) {
+            let Some(&inhibition) = inhibitions.get(row) else { break };
+            let e = activity(&parameters, &target, place, S::from_weight(inhibition));
+            let is_behind = taken.is_none_or(|(of_row, of)| e < of || (e <= of && row > of_row));
+            if is_behind && e > first.0 {
+                first = (e, row);
             }
         }
-        if let (Some(stored), Some(row)) = (self.first.get_mut(column), self.row.get_mut(column)) {
-            *stored = first.to_weight();
-            *row = u8::try_from(first_row).unwrap_or(u8::MAX);
+        first
+    }
+
+    fn rank(&mut self, column: usize, taken: Option<(usize, S)>) {
+        let (e, of_row) = self.first_of(column, taken);
+        if let (Some(first), Some(row)) = (self.first.get_mut(column), self.row.get_mut(column)) {
+            *first = e.to_weight();
+            *row = u8::try_from(of_row).unwrap_or(u8::MAX);
         }
+    }
+
+    /// Keeps the activities of a column.
+    #[inline(never)]
+    fn keep(&mut self, column: usize) {
+        let mut kept = [S::from_i32(OUT).to_weight(); ROWS];
+        let Some(inhibitions) = self.obstacles.column(column) else { return };
+        for (row, place) in self.map.rows(column, self.eligible) {
+            let (Some(&inhibition), Some(stored)) = (inhibitions.get(row), kept.get_mut(row)) else { break };
+            *stored = activity(self.parameters, self.target, place, S::from_weight(inhibition)).to_weight();
+        }
+        self.column = kept;
     }
 
     /// The neuron with the largest activity, which stays until it is taken out.
@@ -187,10 +221,32 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize> Ranki
     fn take_out(&mut self, (index, e): (NeuronIndex, S)) {
         self.rank(usize::from(index.column), Some((usize::from(index.row), e)));
     }
+
+    /// The next in the order of the lattice that is more active than `least` and has not been taken out.
+    fn next_above(&mut self, least: S) -> Option<(NeuronIndex, S)> {
+        let (mut column, mut row) = self.next;
+        while let Some(&first) = self.first.get(column) {
+            let first = S::from_weight(first);
+            if first > least {
+                if row == 0 {
+                    self.keep(column);
+                }
+                for (at, &stored) in self.column.iter().enumerate().skip(row) {
+                    let e = S::from_weight(stored);
+                    if e > least && e <= first {
+                        self.next = (column, at + 1);
+                        return Some((NeuronIndex::new(column, at), e));
+                    }
+                }
+            }
+            (column, row) = (column + 1, 0);
+        }
+        None
+    }
 }
 
-/// Chooses the command; `sweep` gives the further inhibition of a way, `is_pressed` where something moves nearby.
-/// `None` while nothing is trained.
+/// Chooses the command; `sweep` gives the further inhibition of a way, or [`Scalar::LIMIT`] for more than the number it
+/// is told; `is_pressed` where something moves nearby. `None` while nothing is trained.
 #[allow(
     clippy::too_many_arguments,
     reason = "each is another module's; a struct for one call would hide that"
@@ -203,28 +259,32 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
     target: &TargetField<S>,
     obstacles: &ObstacleField<S, COLUMNS, ROWS>,
     is_pressed: bool,
-    sweep: impl Fn(Polar<S>) -> S,
+    mut sweep: impl FnMut(Polar<S>, S) -> S,
 ) -> Option<Decision<S>> {
-    let mut best: Option<Decision<S>> = None;
-    let mut count = 0_u16;
-    let mut ranking = Ranking::new(map, &parameters.target, target, obstacles, reaching.winner.eligible);
-    while let Some((index, e)) = ranking.best() {
-        if best.is_some_and(|decision| decision.activity >= e) {
-            break;
-        }
-        count += 1;
+    let mut candidates =
+        Candidates::new(map, &parameters.target, target, obstacles, reaching.winner.eligible);
+    let mut next = candidates.best();
+    let mut best = Best { index: next?.0, haste: S::ONE, e: -S::LIMIT, activity: -S::LIMIT };
+    let mut judged = 0_u16;
+    while let Some((index, e)) = next {
+        judged += 1;
         let stride = stride(map, index, is_pressed);
-        let inhibition = sweep(scaling.place(stride.place));
+        let inhibition = sweep(scaling.place(stride.place), e - best.activity);
         let activity = e - inhibition;
-        if best.is_none_or(|decision| activity > decision.activity) {
-            let (command, is_target) = command(map, reaching, target, (index, stride.haste));
-            best = Some(Decision { command, winner: index, activity, is_target, judged: count });
+        if activity > best.activity || (activity >= best.activity && e > best.e) {
+            best = Best { index, haste: stride.haste, e, activity };
         }
-        if inhibition <= S::ZERO || (count >= JUDGED_MAX && !is_pressed) {
-            // None behind it can be better.
-            break;
+        if judged < RANKED {
+            if inhibition <= S::ZERO {
+                // None behind it can be better.
+                break;
+            }
+            candidates.take_out((index, e));
+            next = candidates.best().filter(|&(_, e)| e > best.activity);
+        } else {
+            next = candidates.next_above(best.activity);
         }
-        ranking.take_out((index, e));
     }
-    best.map(|decision| Decision { judged: count, ..decision })
+    let (command, is_target) = command(map, reaching, target, (best.index, best.haste));
+    Some(Decision { command, winner: best.index, activity: best.activity, is_target, judged })
 }

@@ -26,8 +26,11 @@ pub struct SweepParameters<S> {
     pub step_s: S,
 }
 
-/// Points of the arc that are checked after the start.
-const CHORDS: i32 = 4;
+/// Chords that stand for the arc.
+const CHORDS: usize = 4;
+
+/// What a chord is of the arc.
+const CHORD_SHARE: f32 = 0.25;
 
 /// What the way to what moves counts for beside the way to what stands: a place that is seen is surer than one that is
 /// foretold.
@@ -36,74 +39,119 @@ const FORETOLD_SHARE: f32 = 0.2;
 /// Coming nearer by less is rounding (m): a turn on the spot does not come nearer.
 const ROUNDING_M: f32 = 1e-5;
 
-/// The lack of clearance on the way to `place`, as inhibition ≥ 0.
+/// A chord of the way: where the body is, and where it heads to.
+#[derive(Clone, Copy, Debug)]
+struct Chord<S> {
+    from: Point<S>,
+    sin: S,
+    cos: S,
+}
+
+/// The way to a place.
+struct Arc<S> {
+    chords: [Chord<S>; CHORDS],
+    /// A chord that is driven backwards ends before it begins.
+    first: S,
+    last: S,
+}
+
+impl<S: Scalar> Arc<S> {
+    fn to(place: Polar<S>, share: S) -> Self {
+        let half_turn = place.bearing_rad;
+        // Arc length of a chord: d · α / sin α, as a series that holds within 1 % up to 90°.
+        let square = half_turn * half_turn;
+        let stretch = S::ONE + square * (S::from_f32(1.0 / 6.0) + square * S::from_f32(0.022));
+        let length = place.distance_m * stretch * share * S::from_f32(CHORD_SHARE);
+        let turn = (half_turn + half_turn) * share * S::from_f32(CHORD_SHARE);
+        let mut from = Point { x_m: S::ZERO, y_m: S::ZERO };
+        let mut heading = turn * S::HALF;
+        let chords = core::array::from_fn(|_| {
+            let (sin, cos) = heading.sin_cos();
+            let chord = Chord { from, sin, cos };
+            from = Point { x_m: from.x_m + length * cos, y_m: from.y_m + length * sin };
+            heading += turn;
+            chord
+        });
+        Self { chords, first: length.min(S::ZERO), last: length.max(S::ZERO) }
+    }
+
+    /// How near a chord comes to a place; `None` from `safe` on, which most places are found to be at once.
+    #[inline]
+    fn distance(&self, chord: &Chord<S>, place: Point<S>, safe: S) -> Option<S> {
+        let (x, y) = (place.x_m - chord.from.x_m, place.y_m - chord.from.y_m);
+        let aside = y * chord.cos - x * chord.sin;
+        if aside.abs() >= safe {
+            return None;
+        }
+        let along = x * chord.cos + y * chord.sin;
+        let beyond = along - along.clamp(self.first, self.last);
+        if beyond.abs() >= safe || beyond * beyond + aside * aside >= safe * safe {
+            return None;
+        }
+        Some(S::hypot(beyond, aside))
+    }
+}
+
+/// What of the lack of clearance `safe − distance` counts: as much as the way comes nearer.
+fn lack<S: Scalar>(place: Point<S>, safe: S, distance: S) -> S {
+    let nearer = S::hypot(place.x_m, place.y_m) - distance;
+    if nearer > S::from_f32(ROUNDING_M) { (safe - distance).min(nearer) } else { S::ZERO }
+}
+
+/// The lack of clearance on the way to `place`, as inhibition ≥ 0; [`Scalar::LIMIT`] as soon as it is `enough`.
 ///
-/// Only points that the way comes *nearer* to count: a robot that stands too close may always leave.
-pub fn inhibition<'a, S: Scalar>(
+/// Only points that the way comes *nearer* to count: a robot that stands too close may always leave. The point that was
+/// enough is put first: the next candidate's way often leads to it too. In what order they are, changes nothing else.
+pub fn inhibition<S: Scalar>(
     p: &SweepParameters<S>,
     place: Polar<S>,
-    obstacles: impl Iterator<Item = &'a Point<S>> + Clone,
+    obstacles: &mut [Point<S>],
     movers: &[Mover<S>],
+    enough: S,
 ) -> S {
-    let (share, half_turn) = (p.look_ahead, place.bearing_rad);
-    // Arc length of a chord: d · α / sin α, as a series that holds within 1 % up to 90°.
-    let square = half_turn * half_turn;
-    let stretch = S::ONE + square * (S::from_f32(1.0 / 6.0) + square * S::from_f32(0.022));
-    let chords = S::from_i32(CHORDS);
-    let length = place.distance_m * stretch * share / chords;
-    let turn = (half_turn + half_turn) * share / chords;
+    let arc = Arc::to(place, p.look_ahead);
+    let foretold = foretold(p, &arc, movers) * S::from_f32(FORETOLD_SHARE);
     let safe = p.body_radius_m + p.margin_m + p.headway * place.distance_m;
-    let safe_square = safe * safe;
-    let mut at = Point { x_m: S::ZERO, y_m: S::ZERO };
-    let mut heading = turn * S::HALF;
     let mut worst = S::ZERO;
-    let mut worst_foretold = S::ZERO;
-    let chord_s = p.step_s * share / chords;
-    // On the middle of a chord the body is nearest to where a mover is then.
-    let mut now_s = chord_s * S::HALF;
-    // A chord that is driven backwards ends before it begins.
-    let (first, last) = (length.min(S::ZERO), length.max(S::ZERO));
-    for _ in 0..CHORDS {
-        let (sin, cos) = heading.sin_cos();
-        // Beside the chord, and beyond its ends; apart, since most places are far aside.
-        let aside_of = |place: Point<S>| (place.y_m - at.y_m) * cos - (place.x_m - at.x_m) * sin;
-        let beyond_of = |place: Point<S>| {
-            let along = (place.x_m - at.x_m) * cos + (place.y_m - at.y_m) * sin;
-            along - along.clamp(first, last)
-        };
-        for mover in movers {
-            let safe = p.body_radius_m + p.body_radius_m + mover.clearance_m;
-            let there = mover.after(now_s);
-            let (beyond, aside) = (beyond_of(there), aside_of(there));
-            if beyond.abs() < safe && aside.abs() < safe {
-                let distance = S::hypot(beyond, aside);
-                let nearer = S::hypot(mover.at.x_m, mover.at.y_m) - distance;
-                if nearer > S::from_f32(ROUNDING_M) {
-                    worst_foretold = worst_foretold.max((safe - distance).min(nearer));
-                }
+    let mut found = None;
+    for (index, obstacle) in obstacles.iter().enumerate() {
+        for chord in &arc.chords {
+            if let Some(distance) = arc.distance(chord, *obstacle, safe) {
+                worst = worst.max(lack(*obstacle, safe, distance));
             }
         }
-        now_s += chord_s;
-        for obstacle in obstacles.clone() {
-            let aside = aside_of(*obstacle);
-            if aside.abs() >= safe {
-                continue;
-            }
-            let beyond = beyond_of(*obstacle);
-            if beyond.abs() >= safe || beyond * beyond + aside * aside >= safe_square {
-                continue;
-            }
-            let distance = S::hypot(beyond, aside);
-            let now = S::hypot(obstacle.x_m, obstacle.y_m);
-            let nearer = now - distance;
-            if nearer > S::from_f32(ROUNDING_M) {
-                worst = worst.max((safe - distance).min(nearer));
-            }
+        if (worst + foretold) * p.strength_per_m >= enough {
+            found = Some(index);
+            break;
         }
-        at = Point { x_m: at.x_m + length * cos, y_m: at.y_m + length * sin };
-        heading += turn;
     }
-    (worst + worst_foretold * S::from_f32(FORETOLD_SHARE)) * p.strength_per_m
+    match found {
+        Some(index) => {
+            if index < obstacles.len() {
+                obstacles.swap(0, index);
+            }
+            S::LIMIT
+        }
+        None => (worst + foretold) * p.strength_per_m,
+    }
+}
+
+/// The lack of clearance to where what moves will be.
+fn foretold<S: Scalar>(p: &SweepParameters<S>, arc: &Arc<S>, movers: &[Mover<S>]) -> S {
+    let chord_s = p.step_s * p.look_ahead * S::from_f32(CHORD_SHARE);
+    let mut worst = S::ZERO;
+    for mover in movers {
+        let safe = p.body_radius_m + p.body_radius_m + mover.clearance_m;
+        // On the middle of a chord the body is nearest to where a mover is then.
+        let mut now_s = chord_s * S::HALF;
+        for chord in &arc.chords {
+            if let Some(distance) = arc.distance(chord, mover.after(now_s), safe) {
+                worst = worst.max(lack(mover.at, safe, distance));
+            }
+            now_s += chord_s;
+        }
+    }
+    worst
 }
 
 #[cfg(test)]
@@ -128,8 +176,8 @@ mod tests {
         let p = parameters::<S>();
         let post = [Point::from_metres(0.08, 0.03)];
         let to = |bearing, distance| {
-            inhibition(&p, Polar { bearing_rad: s(bearing), distance_m: s(distance) }, post.iter(), &[])
-                .to_f32()
+            let place = Polar { bearing_rad: s(bearing), distance_m: s(distance) };
+            inhibition(&p, place, &mut post.clone(), &[], S::LIMIT).to_f32()
         };
         assert!((to(0.0, 0.16) - 1.5).abs() < 0.05, "passes at 30 mm, 5 mm too near: {}", to(0.0, 0.16));
         assert!(to(0.0, 0.02).abs() < 1e-6, "stops before it");
@@ -137,7 +185,10 @@ mod tests {
         assert!(to(0.36, 0.09) > 2.0, "would drive over it");
         let touching = [Point::from_metres(0.026, 0.0)];
         let away = Polar { bearing_rad: s(1.57), distance_m: S::ZERO };
-        assert!(inhibition(&p, away, touching.iter(), &[]) <= S::ZERO, "a turn on the spot is always free");
+        assert!(
+            inhibition(&p, away, &mut touching.clone(), &[], S::LIMIT) <= S::ZERO,
+            "a turn on the spot is always free"
+        );
     }
 
     fn check_movers<S: Scalar>() {
@@ -152,7 +203,7 @@ mod tests {
         };
         let to = |bearing, distance, turn| {
             let place = Polar { bearing_rad: s(bearing), distance_m: s(distance) };
-            inhibition(&p, place, [].iter(), &[mover(turn)]).to_f32()
+            inhibition(&p, place, &mut [], &[mover(turn)], S::LIMIT).to_f32()
         };
         assert!(to(0.0, 0.16, 0.0) > 1.0, "they meet: {}", to(0.0, 0.16, 0.0));
         assert!(to(0.0, 0.01, 0.0).abs() < 1e-6, "it passes a robot that waits: {}", to(0.0, 0.01, 0.0));

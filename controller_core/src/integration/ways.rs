@@ -41,16 +41,19 @@ impl<S: Scalar, const POINTS: usize, const MOVERS: usize> Ways<S, POINTS, MOVERS
         Self { points: kept, movers, margin_m }
     }
 
-    /// The inhibition of a neuron for what lies on the way to its place; see [`sweep`].
+    /// The inhibition of a neuron for what lies on the way to its place, [`Scalar::LIMIT`] as soon as it is `enough`; see
+    /// [`sweep::inhibition`].
     #[inline]
     #[must_use]
-    pub fn inhibition(&self, p: &SweepParameters<S>, place: Polar<S>) -> S {
+    pub fn inhibition(&mut self, p: &SweepParameters<S>, place: Polar<S>, enough: S) -> S {
         let checked = p.strength_per_m > S::ZERO && !(self.points.is_empty() && self.movers().is_empty());
         if !checked {
             return S::ZERO;
         }
         let p = SweepParameters { margin_m: self.margin_m, ..*p };
-        sweep::inhibition(&p, place, self.points.iter(), self.movers())
+        // Said to the compiler, which else keeps the code for what cannot be.
+        let movers: &[Mover<S>] = if MOVERS == 0 { &[] } else { &self.movers };
+        sweep::inhibition(&p, place, &mut self.points, movers, enough)
     }
 
     /// What moves.
