@@ -13,6 +13,7 @@ use controller_core::config::Architecture;
 use controller_core::controller::{Controller, MOVERS};
 use controller_core::deliberation::{SWEEP_POINTS, speeds};
 use controller_core::integration::neural::Stride;
+use controller_core::integration::sweep::Obstacle;
 use controller_core::integration::ways::Ways;
 use controller_core::integration::{command_fusion, neural, sweep};
 use controller_core::kohonen::features::{Command, Features};
@@ -370,7 +371,7 @@ impl<S: Scalar> Moment<'_, S> {
     /// What one obstacle point takes of a neuron because it is near the way to its place.
     fn point_inhibition(&self, point: Point<S>, neuron: Features<S>) -> S {
         let p = self.parameters;
-        sweep::inhibition(&p.sweep, p.scaling.place(neuron), &mut [point], &[], S::LIMIT)
+        sweep::inhibition(&p.sweep, p.scaling.place(neuron), &mut [Obstacle::new(point)], &[], S::LIMIT)
     }
 
     /// What something that moves takes of a neuron because it will be near the way to its place.

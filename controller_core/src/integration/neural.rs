@@ -67,7 +67,7 @@ struct Candidates<'a, S: Scalar, O, const COLUMNS: usize, const ROWS: usize> {
 
 /// So many candidates are judged in the order of their activity. To find the next one takes some 6,000 instructions on
 /// the slower board, several times what it takes to see that one is no better than the best.
-pub const RANKED: u16 = 10;
+pub const RANKED: u16 = 8;
 
 /// The best of those judged.
 #[derive(Clone, Copy)]

@@ -5,6 +5,8 @@
 //! body with a margin is held against the obstacle points seen now or remembered, and against where what moves will be
 //! by then ([`crate::localisation::mover`]).
 
+use heapless::Vec;
+
 use crate::localisation::mover::Mover;
 use crate::scalar::Scalar;
 use crate::units::{Point, Polar};
@@ -39,7 +41,7 @@ const FORETOLD_SHARE: f32 = 0.2;
 /// Coming nearer by less is rounding (m): a turn on the spot does not come nearer.
 const ROUNDING_M: f32 = 1e-5;
 
-/// A chord of the way: where the body is, and where it heads to.
+/// A chord of the way: where it begins, and where it heads to.
 #[derive(Clone, Copy, Debug)]
 struct Chord<S> {
     from: Point<S>,
@@ -47,12 +49,13 @@ struct Chord<S> {
     cos: S,
 }
 
-/// The way to a place.
+/// The way to a place: an arc as chords of one length, each turned by the same against the one before.
 struct Arc<S> {
-    chords: [Chord<S>; CHORDS],
-    /// A chord that is driven backwards ends before it begins.
-    first: S,
-    last: S,
+    /// Those that have been asked for.
+    chords: Vec<Chord<S>, CHORDS>,
+    length: S,
+    sin_turn: S,
+    cos_turn: S,
 }
 
 impl<S: Scalar> Arc<S> {
@@ -61,41 +64,74 @@ impl<S: Scalar> Arc<S> {
         // Arc length of a chord: d · α / sin α, as a series that holds within 1 % up to 90°.
         let square = half_turn * half_turn;
         let stretch = S::ONE + square * (S::from_f32(1.0 / 6.0) + square * S::from_f32(0.022));
-        let length = place.distance_m * stretch * share * S::from_f32(CHORD_SHARE);
-        let turn = (half_turn + half_turn) * share * S::from_f32(CHORD_SHARE);
-        let mut from = Point { x_m: S::ZERO, y_m: S::ZERO };
-        let mut heading = turn * S::HALF;
-        let chords = core::array::from_fn(|_| {
-            let (sin, cos) = heading.sin_cos();
-            let chord = Chord { from, sin, cos };
-            from = Point { x_m: from.x_m + length * cos, y_m: from.y_m + length * sin };
-            heading += turn;
-            chord
-        });
-        Self { chords, first: length.min(S::ZERO), last: length.max(S::ZERO) }
+        let share = share * S::from_f32(CHORD_SHARE);
+        let (sin, cos) = (half_turn * share).sin_cos();
+        // One sine and one cosine do for all chords.
+        let (sin_turn, cos_turn) = ((sin + sin) * cos, S::ONE - (sin + sin) * sin);
+        let first = Chord { from: Point { x_m: S::ZERO, y_m: S::ZERO }, sin, cos };
+        let length = place.distance_m * stretch * share;
+        Self { chords: core::iter::once(first).collect(), length, sin_turn, cos_turn }
     }
 
-    /// How near a chord comes to a place; `None` from `safe` on, which most places are found to be at once.
-    #[inline]
-    fn distance(&self, chord: &Chord<S>, place: Point<S>, safe: S) -> Option<S> {
-        let (x, y) = (place.x_m - chord.from.x_m, place.y_m - chord.from.y_m);
-        let aside = y * chord.cos - x * chord.sin;
-        if aside.abs() >= safe {
-            return None;
+    fn chord(&mut self, index: usize) -> Option<Chord<S>> {
+        if index == self.chords.len()
+            && let Some(&Chord { from, sin, cos }) = self.chords.last()
+        {
+            // There is room for all that are asked for.
+            let _ = self.chords.push(Chord {
+                from: Point { x_m: from.x_m + self.length * cos, y_m: from.y_m + self.length * sin },
+                sin: sin * self.cos_turn + cos * self.sin_turn,
+                cos: cos * self.cos_turn - sin * self.sin_turn,
+            });
         }
-        let along = x * chord.cos + y * chord.sin;
-        let beyond = along - along.clamp(self.first, self.last);
-        if beyond.abs() >= safe || beyond * beyond + aside * aside >= safe * safe {
-            return None;
-        }
-        Some(S::hypot(beyond, aside))
+        self.chords.get(index).copied()
     }
 }
 
-/// What of the lack of clearance `safe − distance` counts: as much as the way comes nearer.
-fn lack<S: Scalar>(place: Point<S>, safe: S, distance: S) -> S {
-    let nearer = S::hypot(place.x_m, place.y_m) - distance;
-    if nearer > S::from_f32(ROUNDING_M) { (safe - distance).min(nearer) } else { S::ZERO }
+impl<S: Scalar> Chord<S> {
+    /// Beside and beyond the chord, how far a place lies; `None` where either is at least `bound`, as for most.
+    #[inline]
+    fn offset(&self, length: S, place: Point<S>, bound: S) -> Option<(S, S)> {
+        let (x, y) = (place.x_m - self.from.x_m, place.y_m - self.from.y_m);
+        let aside = y * self.cos - x * self.sin;
+        if aside.abs() >= bound {
+            return None;
+        }
+        let along = x * self.cos + y * self.sin;
+        // A chord that is driven backwards ends before it begins.
+        let beyond = along - along.clamp(length.min(S::ZERO), length.max(S::ZERO));
+        (beyond.abs() < bound).then_some((aside, beyond))
+    }
+}
+
+/// The length of a vector where it is shorter than `bound`.
+fn shorter<S: Scalar>((a, b): (S, S), bound: S) -> Option<S> {
+    (bound > S::ZERO && a * a + b * b < bound * bound).then(|| S::hypot(a, b))
+}
+
+/// Something that the body must not touch, robot frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Obstacle<S> {
+    /// Where.
+    pub at: Point<S>,
+    /// How far; 0 as long as nobody has asked.
+    range_m: S,
+}
+
+impl<S: Scalar> Obstacle<S> {
+    /// An obstacle at a place.
+    #[must_use]
+    pub const fn new(at: Point<S>) -> Self {
+        Self { at, range_m: S::ZERO }
+    }
+
+    /// How far it is: found out once, and for few of all.
+    fn range_m(&mut self) -> S {
+        if self.range_m <= S::ZERO {
+            self.range_m = S::hypot(self.at.x_m, self.at.y_m);
+        }
+        self.range_m
+    }
 }
 
 /// The lack of clearance on the way to `place`, as inhibition ≥ 0; [`Scalar::LIMIT`] as soon as it is `enough`.
@@ -105,48 +141,52 @@ fn lack<S: Scalar>(place: Point<S>, safe: S, distance: S) -> S {
 pub fn inhibition<S: Scalar>(
     p: &SweepParameters<S>,
     place: Polar<S>,
-    obstacles: &mut [Point<S>],
+    obstacles: &mut [Obstacle<S>],
     movers: &[Mover<S>],
     enough: S,
 ) -> S {
-    let arc = Arc::to(place, p.look_ahead);
-    let foretold = foretold(p, &arc, movers) * S::from_f32(FORETOLD_SHARE);
+    let mut arc = Arc::to(place, p.look_ahead);
+    let foretold = foretold(p, &mut arc, movers) * S::from_f32(FORETOLD_SHARE);
     let safe = p.body_radius_m + p.margin_m + p.headway * place.distance_m;
     let mut worst = S::ZERO;
     let mut found = None;
-    for (index, obstacle) in obstacles.iter().enumerate() {
-        for chord in &arc.chords {
-            if let Some(distance) = arc.distance(chord, *obstacle, safe) {
-                worst = worst.max(lack(*obstacle, safe, distance));
+    'all: for (index, obstacle) in obstacles.iter_mut().enumerate() {
+        for chord in 0..CHORDS {
+            let Some(chord) = arc.chord(chord) else { break };
+            let Some(offset) = chord.offset(arc.length, obstacle.at, safe - worst) else { continue };
+            // No more counts than the way comes nearer.
+            let counts_from = safe.min(obstacle.range_m() - S::from_f32(ROUNDING_M));
+            let Some(distance) = shorter(offset, counts_from - worst) else { continue };
+            worst = counts_from - distance;
+            if (worst + foretold) * p.strength_per_m >= enough {
+                found = Some(index);
+                break 'all;
             }
         }
-        if (worst + foretold) * p.strength_per_m >= enough {
-            found = Some(index);
-            break;
-        }
     }
-    match found {
-        Some(index) => {
-            if index < obstacles.len() {
-                obstacles.swap(0, index);
-            }
-            S::LIMIT
-        }
-        None => (worst + foretold) * p.strength_per_m,
+    let Some(index) = found else { return (worst + foretold) * p.strength_per_m };
+    if let Some((first, others)) = obstacles.split_first_mut()
+        && let Some(other) = others.get_mut(index.wrapping_sub(1))
+    {
+        core::mem::swap(first, other);
     }
+    S::LIMIT
 }
 
 /// The lack of clearance to where what moves will be.
-fn foretold<S: Scalar>(p: &SweepParameters<S>, arc: &Arc<S>, movers: &[Mover<S>]) -> S {
+fn foretold<S: Scalar>(p: &SweepParameters<S>, arc: &mut Arc<S>, movers: &[Mover<S>]) -> S {
     let chord_s = p.step_s * p.look_ahead * S::from_f32(CHORD_SHARE);
     let mut worst = S::ZERO;
     for mover in movers {
         let safe = p.body_radius_m + p.body_radius_m + mover.clearance_m;
+        let counts_from = safe.min(S::hypot(mover.at.x_m, mover.at.y_m) - S::from_f32(ROUNDING_M));
         // On the middle of a chord the body is nearest to where a mover is then.
         let mut now_s = chord_s * S::HALF;
-        for chord in &arc.chords {
-            if let Some(distance) = arc.distance(chord, mover.after(now_s), safe) {
-                worst = worst.max(lack(mover.at, safe, distance));
+        for chord in 0..CHORDS {
+            let Some(chord) = arc.chord(chord) else { break };
+            let offset = chord.offset(arc.length, mover.after(now_s), counts_from - worst);
+            if let Some(distance) = offset.and_then(|offset| shorter(offset, counts_from - worst)) {
+                worst = counts_from - distance;
             }
             now_s += chord_s;
         }
@@ -156,7 +196,7 @@ fn foretold<S: Scalar>(p: &SweepParameters<S>, arc: &Arc<S>, movers: &[Mover<S>]
 
 #[cfg(test)]
 mod tests {
-    use super::{Mover, SweepParameters, inhibition};
+    use super::{Mover, Obstacle, SweepParameters, inhibition};
     use crate::scalar::{Fixed, Scalar};
     use crate::units::{Point, Polar};
 
@@ -174,7 +214,7 @@ mod tests {
     fn check<S: Scalar>() {
         let s = S::from_f32;
         let p = parameters::<S>();
-        let post = [Point::from_metres(0.08, 0.03)];
+        let post = [Obstacle::new(Point::from_metres(0.08, 0.03))];
         let to = |bearing, distance| {
             let place = Polar { bearing_rad: s(bearing), distance_m: s(distance) };
             inhibition(&p, place, &mut post.clone(), &[], S::LIMIT).to_f32()
@@ -183,7 +223,7 @@ mod tests {
         assert!(to(0.0, 0.02).abs() < 1e-6, "stops before it");
         assert!(to(-0.5, 0.12).abs() < 1e-6, "turns away from it");
         assert!(to(0.36, 0.09) > 2.0, "would drive over it");
-        let touching = [Point::from_metres(0.026, 0.0)];
+        let touching = [Obstacle::new(Point::from_metres(0.026, 0.0))];
         let away = Polar { bearing_rad: s(1.57), distance_m: S::ZERO };
         assert!(
             inhibition(&p, away, &mut touching.clone(), &[], S::LIMIT) <= S::ZERO,

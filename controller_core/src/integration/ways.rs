@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use crate::integration::sweep::{self, SweepParameters};
+use crate::integration::sweep::{self, Obstacle, SweepParameters};
 use crate::localisation::mover::Mover;
 use crate::scalar::Scalar;
 use crate::units::{Point, Polar};
@@ -10,7 +10,7 @@ use crate::units::{Point, Polar};
 /// Obstacle points near enough to matter within a step, and what moves; robot frame.
 #[derive(Clone, Debug)]
 pub struct Ways<S, const POINTS: usize, const MOVERS: usize> {
-    points: Vec<Point<S>, POINTS>,
+    points: Vec<Obstacle<S>, POINTS>,
     movers: Vec<Mover<S>, MOVERS>,
     /// Clearance wished beyond the body (m).
     margin_m: S,
@@ -29,12 +29,15 @@ impl<S: Scalar, const POINTS: usize, const MOVERS: usize> Ways<S, POINTS, MOVERS
         movers: Vec<Mover<S>, MOVERS>,
     ) -> Self {
         let margin_m = margin_m.unwrap_or(p.margin_m);
-        let mut kept: Vec<Point<S>, POINTS> = Vec::new();
+        let mut kept: Vec<Obstacle<S>, POINTS> = Vec::new();
         // Points farther than the body can come within a step decide nothing.
         let farthest = reach_m + p.body_radius_m + margin_m + p.headway * reach_m;
         for point in points {
             // There is room for all.
-            if point.x_m.abs() < farthest && point.y_m.abs() < farthest && kept.push(point).is_err() {
+            if point.x_m.abs() < farthest
+                && point.y_m.abs() < farthest
+                && kept.push(Obstacle::new(point)).is_err()
+            {
                 break;
             }
         }
@@ -64,8 +67,7 @@ impl<S: Scalar, const POINTS: usize, const MOVERS: usize> Ways<S, POINTS, MOVERS
     }
 
     /// The obstacle points.
-    #[must_use]
-    pub fn points(&self) -> &[Point<S>] {
-        &self.points
+    pub fn points(&self) -> impl Iterator<Item = Point<S>> + '_ {
+        self.points.iter().map(|obstacle| obstacle.at)
     }
 }

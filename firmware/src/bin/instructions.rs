@@ -123,6 +123,15 @@ fn ranges(moment: u16) -> [Option<f32>; SENSORS] {
     })
 }
 
+/// All sensors see something so near that every way is obstructed.
+fn near(moment: u16) -> [Option<f32>; SENSORS] {
+    let mut range = 0.001 + 0.01 * share(moment);
+    core::array::from_fn(|_| {
+        range = if range > 0.015 { range - 0.013 } else { range + 0.004 };
+        Some(range)
+    })
+}
+
 fn job(moment: u16) -> Job<Real> {
     let real = Real::from_f32;
     let pose =
@@ -143,6 +152,7 @@ fn job(moment: u16) -> Job<Real> {
 }
 
 fn measure(slow: &mut Slow) {
+    let real = Real::from_f32;
     train(slow);
 
     slow.parameters = parameters(&papers());
@@ -160,6 +170,10 @@ fn measure(slow: &mut Slow) {
     });
     report("avoidance_and_integration", |moment| {
         black_box(slow.avoid(black_box(&job(moment))));
+    });
+    report("boxed_in", |moment| {
+        let scan = Some(proximity::Scan { range_m: near(moment).map(|range| range.map(real)) });
+        black_box(slow.avoid(black_box(&Job { scan, ..job(moment) })));
     });
     report("training_step", |moment| {
         let job = Job { learns: true, ..job(moment) };

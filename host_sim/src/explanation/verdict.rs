@@ -82,8 +82,8 @@ fn lost<S: Scalar>(moment: &Moment<S>, neuron: &NeuronActivity) -> String {
         format!("{who}, lost nothing to obstacles")
     } else if ways >= most {
         let place = moment.stride(neuron.neuron).place;
-        let to = |point: &Point<S>| (point.to_polar(), moment.point_inhibition(*point, place));
-        let stands = moment.ways.points().iter().map(to).reduce(larger);
+        let to = |point: Point<S>| (point.to_polar(), moment.point_inhibition(point, place));
+        let stands = moment.ways.points().map(to).reduce(larger);
         let to = |mover: &Mover<S>| (mover.at.to_polar(), moment.mover_inhibition(*mover, place));
         let moves = moment.ways.movers().iter().map(to).reduce(larger);
         let moves_more = match (stands, moves) {
