@@ -24,27 +24,27 @@ numbers! {
     /// Numbers of the dynamic window approach.
     DwaConfig, "dwa" {
         /// α: heading.
-        heading_weight: 0.565, 0.0 to 1000.0, linear(0.1, 2.0);
+        heading_weight: 0.676, 0.0 to 1000.0, linear(0.1, 2.0);
         /// β: clearance.
-        clearance_weight: 1.36, 0.0 to 1000.0, linear(0.0, 2.0);
+        clearance_weight: 1.01, 0.0 to 1000.0, linear(0.0, 2.0);
         /// γ: velocity.
-        velocity_weight: 0.858, 0.0 to 1000.0, linear(0.0, 1.0);
+        velocity_weight: 0.932, 0.0 to 1000.0, linear(0.0, 1.0);
         /// What must be free beside the body, in m.
-        margin_m: 0.00108, 0.0 to 1.0, linear(0.0, 0.02);
+        margin_m: 0.00295, 0.0 to 1.0, linear(0.0, 0.02);
         /// Clearance beyond this is no better, in m.
-        clearance_m: 0.18, 0.001 to 20.0, linear(0.03, 0.2);
+        clearance_m: 0.145, 0.001 to 20.0, linear(0.03, 0.2);
         /// Fastest speed, as a share of c*.
-        cruise_share: 0.914, 0.01 to 1.0, linear(0.3, 1.0);
+        cruise_share: 0.948, 0.01 to 1.0, linear(0.3, 1.0);
         /// Share of the wheels' acceleration that is counted on for braking.
-        braking_share: 0.839, 0.01 to 1.0, linear(0.05, 1.0);
+        braking_share: 0.793, 0.01 to 1.0, linear(0.05, 1.0);
         /// Time for which a motion is looked ahead for its heading, in s.
         horizon_s: 0.255, 0.01 to 10.0, linear(0.1, 0.8);
         /// Time without way after which the robot is stuck, in s.
         stuck_s: 1.0, 0.1 to 1000.0, linear(0.3, 4.0);
         /// Free way that ends the turn away, in m.
-        escape_m: 0.0781, 0.0 to 20.0, linear(0.03, 0.17);
+        escape_m: 0.084, 0.0 to 20.0, linear(0.03, 0.17);
         /// How long a point is remembered that is not seen again, in s.
-        memory_s: 3.62, 0.0 to 600.0, log(0.2, 20.0);
+        memory_s: 2.11, 0.0 to 600.0, log(0.2, 20.0);
     }
 }
 
