@@ -433,7 +433,7 @@ impl Default for CooperativeConfig {
             memory_ms: 500,
             memory_merge_m: 0.014,
             mover_headway_s: 0.0,
-            mover_speed_mps: 0.0185,
+            mover_speed_mps: 0.02,
             detour_patience_ms: 4300,
             detour_progress_m: 0.0131,
             detour_follow_m: 0.0462,

@@ -278,6 +278,11 @@ impl<
             Architecture::Cooperative => {
                 let field = seen.and_then(|target| {
                     let mut detections = detections(&p.proximity, &self.scan);
+                    // To give way to what moves is no want of progress; else a robot that has left a doorway for it
+                    // would take the doorway for a dead end.
+                    if TRACKS > 0 && !self.movers.seen_from(&p.mover, latched.pose).is_empty() {
+                        self.detour.reset();
+                    }
                     self.movers.leave_out(&p.mover, p.proximity.body_radius_m, latched.pose, &mut detections);
                     if !others.is_empty() {
                         others.leave_out(latched.pose, latched.now, &mut detections);
@@ -363,7 +368,7 @@ impl<
         let points = self.standing.points.iter().copied().chain(self.memory.seen_from(&p.memory, pose));
         let margin_m =
             self.opening.is_passing().then_some(p.opening.half_width_m - p.proximity.body_radius_m);
-        let movers = self.movers.seen_from(&p.mover, p.proximity.body_radius_m, pose);
+        let movers = self.movers.seen_from(&p.mover, pose);
         Ways::among(&p.sweep, margin_m, p.scaling.reach_m(), points, movers)
     }
 

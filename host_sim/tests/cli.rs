@@ -241,7 +241,7 @@ fn every_built_in_configuration_can_be_used() {
         ("p1", "command_unit_mps = 0.008"),
         ("literal", "chart = \"unsigned\""),
         ("large", "wheel_base_m = 0.106"),
-        ("movers", "mover_headway_s = 0.64"),
+        ("movers", "mover_headway_s = 0.6"),
     ] {
         let text = ok(folder.path(), &["config", "--config", name]);
         assert!(text.contains(line), "{name}: {text}");

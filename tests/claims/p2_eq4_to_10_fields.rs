@@ -167,7 +167,7 @@ fn compare<S: Scalar>(pair: &mut Pair<S>) -> Compared {
             .unwrap();
     let obstacles = pair.renewed(&detections);
     let p = &pair.p;
-    let sweep = |_: Polar<S>| S::ZERO;
+    let sweep = |_: Polar<S>, _: S| S::ZERO;
     let decision =
         neural::integrate(&pair.map, &p.neural, &p.reaching, &p.scaling, &field, &obstacles, false, sweep)
             .unwrap();

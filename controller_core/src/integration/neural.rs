@@ -288,3 +288,76 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
     let (command, is_target) = command(map, reaching, target, (best.index, best.haste));
     Some(Decision { command, winner: best.index, activity: best.activity, is_target, judged })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{NeuralParameters, RANKED, activity, integrate};
+    use crate::config::Config;
+    use crate::kohonen::features::Features;
+    use crate::kohonen::lattice::NeuronIndex;
+    use crate::kohonen::map::{Eligible, Map};
+    use crate::kohonen::output::ControlMatrix;
+    use crate::localisation::obstacle::ObstacleField;
+    use crate::localisation::target::{Approach, TargetField};
+    use crate::motor_control::ReachingParameters;
+    use crate::scalar::{Fixed, Scalar};
+    use crate::units::Polar;
+
+    /// A number in 0 to 1 that is another one for each place and case.
+    fn scattered<S: Scalar>(place: Polar<S>, case: u32) -> f32 {
+        let bits = place.bearing_rad.to_bits() ^ place.distance_m.to_bits().rotate_left(13) ^ (case << 20);
+        let mixed = bits.wrapping_mul(0x9e37_79b1) ^ (bits >> 15);
+        f32::from(u16::try_from(mixed.wrapping_mul(0x85eb_ca6b) >> 16).unwrap()) / 65_536.0
+    }
+
+    /// Judging in two orders, each way only as far as need be, gives what judging every way to its end gives.
+    fn check<S: Scalar>() {
+        let p = Config::default().build::<S, 12>().unwrap();
+        let reaching = ReachingParameters {
+            winner: crate::kohonen::map::WinnerParameters { eligible: Eligible::All, ..p.reaching.winner },
+            ..p.reaching
+        };
+        let neural: &NeuralParameters<S> = &p.neural;
+        let map = Map::<S, ControlMatrix<S::Weight>, 15, 15>::regular();
+        let obstacles = ObstacleField::<S, 15, 15>::EMPTY;
+        let (mut few, mut many) = (0, 0);
+        for case in 0..300_u32 {
+            let share = f32::from(u16::try_from(case).unwrap()) / 300.0;
+            let target = Features {
+                bearing: S::from_f32(3.0 * share - 1.5),
+                distance: S::from_f32(0.1 + 2.0 * share),
+            };
+            let field =
+                TargetField::localise(&map, Approach::plain(&neural.target), &reaching, target).unwrap();
+            // Of some cases few ways are obstructed, of others all.
+            let strength = 4.0 * share;
+            let inhibition = |place: Polar<S>| {
+                S::from_f32(strength * (scattered(place, case) - 0.3 * (1.0 - share))).max(S::ZERO)
+            };
+            let sweep = |place: Polar<S>, enough: S| {
+                let inhibition = inhibition(place);
+                if inhibition >= enough { S::LIMIT } else { inhibition }
+            };
+            let decision =
+                integrate(&map, neural, &reaching, &p.scaling, &field, &obstacles, false, sweep).unwrap();
+            let mut best: Option<(S, NeuronIndex)> = None;
+            for (index, place) in map.places(Eligible::All) {
+                let e = activity(&neural.target, &field, place, S::ZERO) - inhibition(p.scaling.place(place));
+                if best.is_none_or(|(most, _)| e > most) {
+                    best = Some((e, index));
+                }
+            }
+            let (most, winner) = best.unwrap();
+            assert_eq!((decision.activity, decision.winner), (most, winner), "{}: case {case}", S::NAME);
+            few += u32::from(decision.judged <= RANKED);
+            many += u32::from(decision.judged > RANKED);
+        }
+        assert!(few > 20 && many > 20, "{}: {few} {many}", S::NAME);
+    }
+
+    #[test]
+    fn the_best_of_all_wins_in_whatever_order_they_are_judged() {
+        check::<f32>();
+        check::<Fixed>();
+    }
+}

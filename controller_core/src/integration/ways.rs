@@ -44,8 +44,8 @@ impl<S: Scalar, const POINTS: usize, const MOVERS: usize> Ways<S, POINTS, MOVERS
         Self { points: kept, movers, margin_m }
     }
 
-    /// The inhibition of a neuron for what lies on the way to its place, [`Scalar::LIMIT`] as soon as it is `enough`; see
-    /// [`sweep::inhibition`].
+    /// The inhibition of a neuron for what lies on the way to its place, [`Scalar::LIMIT`] as soon as it is `enough`;
+    /// see [`sweep::inhibition`].
     #[inline]
     #[must_use]
     pub fn inhibition(&mut self, p: &SweepParameters<S>, place: Polar<S>, enough: S) -> S {

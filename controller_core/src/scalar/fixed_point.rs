@@ -55,7 +55,8 @@ const fn saturate(bits: i64) -> i32 {
 /// Why it is right: the shifted product fits into 32 bits if and only if its bits 31 and above, bits 51 and above of
 /// `wide`, are all the same. `high >> 19` is made of bits 51 to 63 and copies of the sign; `result >> 31` is 32 copies
 /// of bit 51. So they are equal just when it fits, and `result` is then the whole of it. Otherwise the signs of the
-/// factors say which end it is beyond. (Asked for the sign of `wide`, the compiler multiplies once more on a Cortex-M3.)
+/// factors say which end it is beyond. (Asked for the sign of `wide`, the compiler multiplies once more on a
+/// Cortex-M3.)
 #[expect(clippy::cast_possible_truncation, reason = "each half is taken by its own cast: see above")]
 const fn product(a: i32, b: i32) -> i32 {
     let wide = a as i64 * b as i64 + (1 << (FRACTION_BITS - 1));

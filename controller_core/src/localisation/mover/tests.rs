@@ -12,7 +12,7 @@ const RANGE_M: f32 = 0.175;
 const PERIOD_S: f32 = 0.128;
 
 fn parameters<S: Scalar>(headway_s: f32) -> MoverParameters<S> {
-    MoverParameters { headway_s: S::from_f32(headway_s), speed_mps: S::from_f32(0.0185) }
+    MoverParameters { headway_s: S::from_f32(headway_s), speed_mps: S::from_f32(0.02) }
 }
 
 const SCHEDULE: Schedule = Schedule { avoidance_period_ms: 128, target_period_ms: 256, step_ms: 1024 };
@@ -66,7 +66,7 @@ fn check_crossing<S: Scalar>() {
     // Ahead, from the left to the right, while the robot drives towards its way.
     let at = |t: f32| (0.14, 0.11 - 0.1 * t);
     let (movers, pose) = follow::<S>(0.03, 12, 0.5, |t, bearing, from| disc(at(t), bearing, from));
-    let seen = movers.seen_from(&parameters(0.5), S::from_f32(RADIUS_M), pose);
+    let seen = movers.seen_from(&parameters(0.5), pose);
     assert_eq!(seen.len(), 1, "{}: {movers:?}", S::NAME);
     let (mover, (x, y)) = (seen[0], at(11.0 * PERIOD_S));
     let off = libm::hypotf(mover.at.x_m.to_f32() + pose.x_m.to_f32() - x, mover.at.y_m.to_f32() - y);
@@ -95,13 +95,15 @@ fn check_standing<S: Scalar>() {
         (!(0.2..0.28).contains(&x)).then_some(distance)
     };
     for scans in 1..40 {
-        for (name, movers) in [
-            ("a post", follow::<S>(0.11, scans, 0.5, post)),
-            ("a wall", follow::<S>(0.11, scans, 0.5, wall)),
-            ("a door", follow::<S>(0.06, scans, 0.5, jambs)),
-        ]
-        .map(|(name, (movers, pose))| (name, movers.seen_from(&parameters(0.5), S::from_f32(RADIUS_M), pose)))
-        {
+        // A wall is never alone. One beam tells little of where in it a post is, and a jamb's wall comes into view as
+        // the robot goes on: both may seem to move, but not quickly.
+        for (name, least, (movers, pose)) in [
+            ("a wall", 0.0, follow::<S>(0.11, scans, 0.5, wall)),
+            ("a post", 0.045, follow::<S>(0.11, scans, 0.5, post)),
+            ("a door", 0.06, follow::<S>(0.06, scans, 0.5, jambs)),
+        ] {
+            let p = MoverParameters { speed_mps: S::from_f32(least), ..parameters(0.5) };
+            let movers = movers.seen_from(&p, pose);
             assert!(movers.is_empty(), "{}: {name} moves after {scans} scans: {movers:?}", S::NAME);
         }
     }
@@ -118,7 +120,7 @@ fn a_circle_is_followed_round() {
     // Around a robot that stands: one rad/s, 12 cm away, as if on a leash.
     let at = |t: f32| (0.12 * libm::cosf(t), 0.12 * libm::sinf(t));
     let (movers, pose) = follow::<f32>(0.0, 40, 0.5, |t, bearing, from| disc(at(t), bearing, from));
-    let mover = movers.seen_from(&parameters(0.5), RADIUS_M, pose)[0];
+    let mover = movers.seen_from(&parameters(0.5), pose)[0];
     assert!((0.5..=1.25).contains(&mover.turn_radps), "{mover:?}");
     let (soon, there) = (mover.after(0.5), at(39.0 * PERIOD_S + 0.5));
     let off = libm::hypotf(soon.x_m - there.0, soon.y_m - there.1);
@@ -130,11 +132,11 @@ fn what_is_gone_is_forgotten_and_without_headway_nothing_moves() {
     let at = |t: f32| (0.15, 0.12 - 0.1 * t);
     let crossing = |t: f32, bearing: f32, from| disc(at(t), bearing, from);
     let (mut movers, pose) = follow::<f32>(0.0, 12, 0.5, crossing);
-    assert_eq!(movers.seen_from(&parameters(0.5), RADIUS_M, pose).len(), 1);
+    assert_eq!(movers.seen_from(&parameters(0.5), pose).len(), 1);
     for _ in 0..5 {
         movers.renew(&parameters(0.5), &SCHEDULE, &ring(), &Scan::<f32, SENSORS>::EMPTY, pose);
     }
-    assert!(movers.seen_from(&parameters(0.5), RADIUS_M, pose).is_empty());
+    assert!(movers.seen_from(&parameters(0.5), pose).is_empty());
     // It comes back a little farther on, and nothing is known of it any more.
     movers.renew(
         &parameters(0.5),
@@ -143,7 +145,7 @@ fn what_is_gone_is_forgotten_and_without_headway_nothing_moves() {
         &scan((0.0, 0.0, 0.0), &|b, from| disc(at(1.4), b, from)),
         pose,
     );
-    assert!(movers.seen_from(&parameters(0.5), RADIUS_M, pose).is_empty());
+    assert!(movers.seen_from(&parameters(0.5), pose).is_empty());
     let (movers, _) = follow::<f32>(0.0, 12, 0.0, crossing);
     assert_eq!(movers, Movers::NONE);
 }
