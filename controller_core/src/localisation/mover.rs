@@ -101,8 +101,10 @@ const MISSED: f32 = 0.03 / 8.0;
 const HIDDEN: f32 = 0.22 / 8.0;
 /// or it would read nearly as far as it can.
 const FAR: f32 = 0.5 / 8.0;
-/// A beam that should not see it reads something as far away.
+/// A beam that should not see it reads something as far away,
 const OTHER: f32 = 0.5 / 8.0;
+/// within so many standard deviations.
+const OTHER_FITS: f32 = 2.0;
 /// A beam that should not see it reads something else, or nothing.
 const NOTHING: f32 = 1.0 / 8.0;
 /// Expected farther than this, a reading may well be none (m).
@@ -255,7 +257,7 @@ impl<S: Scalar, const SENSORS: usize> Sight<'_, S, SENSORS> {
                 (Some(expected), Some(range)) if range < expected.range_m => S::from_f32(HIDDEN),
                 (Some(expected), _) if expected.range_m > S::from_f32(FAR_M) => S::from_f32(FAR),
                 (Some(_), _) => S::from_f32(MISSED),
-                (None, Some(range)) if unseen.fits(range, 2.0) => S::from_f32(OTHER),
+                (None, Some(range)) if unseen.fits(range, OTHER_FITS) => S::from_f32(OTHER),
                 (None, _) => S::from_f32(NOTHING),
             }
         };
@@ -302,7 +304,7 @@ impl<S: Scalar> Track<S> {
         let direction = wrap(echo.centre.bearing_rad + pose.heading_rad).sin_cos();
         let gap = (echo.centre.distance_m - body_radius_m - body_radius_m).max(S::ZERO);
         let along_m = gap * S::from_f32(NOISE_SHARE) + S::from_f32(NOISE_M);
-        // The standard deviation of what is anywhere in the sector.
+        // The standard deviation of what is anywhere in the sector: 1/√3 of half its width.
         let across_m = echo.half_width_rad * echo.centre.distance_m * S::from_f32(0.577);
         Self { belief: Belief::new(at, direction, along_m, across_m), begun: at, seen: 1, missed: 0 }
     }
@@ -338,6 +340,7 @@ impl<S: Scalar> Track<S> {
             second += weight * z * z;
         }
         if sum < S::from_f32(1e-5) {
+            // Nowhere in what is believed would a disc explain the scan.
             return;
         }
         let mean = first / sum;
