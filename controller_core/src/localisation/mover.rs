@@ -11,9 +11,10 @@
 //!
 //! What moves has to be known as such within five scans: with the discs' true motion told from the fifth scan on that
 //! they are in range none of 1,200 runs among 1, 2 and 4 discs at 10 cm/s had a contact, from the sixth 3, 8 and 16 %,
-//! from the eighth 20 to 61 % (in a scratch program). So little is asked of a mover: a speed that is believed at a little
-//! more than half a standard deviation. What stands then seems to move now and then, as a post does that one beam sees
-//! askew, or a jamb whose wall comes into view; that costs time. Walls are no bodies: their echoes are not alone.
+//! from the eighth 20 to 61 % (in a scratch program). So little is asked of a mover: a speed that is believed at a
+//! little more than half a standard deviation. What stands then seems to move now and then, as a post does that one
+//! beam sees askew, or a jamb whose wall comes into view; that costs time. Walls are no bodies: their echoes are not
+//! alone.
 //!
 //! Movers are taken to be as large as this robot, and to turn on as they do: a disc that circles, as in both papers, is
 //! somewhere else within a second than where its velocity points to.
