@@ -247,7 +247,7 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
 
 /// Chooses the command; `sweep` gives the further inhibition of a way, or [`Scalar::LIMIT`] for more than the number it
 /// is told; `is_pressed` where something moves nearby. `None` while nothing is trained.
-#[allow(
+#[expect(
     clippy::too_many_arguments,
     reason = "each is another module's; a struct for one call would hide that"
 )]
