@@ -135,58 +135,56 @@ const CLEARANCE_M: f32 = 0.0063;
 /// and for each metre by which its place may err.
 const CLEARANCE_SHARE: f32 = 0.24;
 
-/// An echo of something that may be a body.
+/// An echo of something that may be a body: nothing beside it is about as near.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Echo<S> {
     /// Where its centre is, if it is as large as this robot.
     centre: Polar<S>,
     /// Half the width of the sector that it may lie in (rad).
     half_width_rad: S,
-    /// Nothing beside it is about as near.
-    is_alone: bool,
+    /// What was read (m).
+    range_m: S,
 }
 
 impl<S: Scalar> Echo<S> {
-    /// The echo of a sensor, if it reads less than its neighbours do.
-    fn of<const SENSORS: usize>(
-        ring: &ProximityParameters<S>,
-        scan: &Scan<S, SENSORS>,
-        sensor: usize,
-    ) -> Option<Self> {
-        let distance = |turn: usize| {
-            let reading = scan.range_m.get((sensor + turn) % SENSORS.max(1)).copied().flatten()?;
-            (reading < ring.range_m).then(|| ring.body_radius_m + reading.max(S::ZERO))
-        };
-        let here = distance(0)?;
-        let (left, right) = (distance(1), distance(SENSORS - 1));
+    /// The echo of a sensor, if it reads less than its neighbours do and is alone.
+    fn of<const SENSORS: usize>(sight: &Sight<S, SENSORS>, sensor: usize) -> Option<Self> {
+        let range_m = sight.range_m(sensor)?;
         // Of two alike the first is taken.
-        if right.is_some_and(|right| right <= here) || left.is_some_and(|left| left < here) {
+        let (right, left) = (sight.beside(sensor, SENSORS - 1), sight.beside(sensor, 1));
+        if right.is_some_and(|right| right <= range_m) || left.is_some_and(|left| left < range_m) {
             return None;
         }
-        let far = here * S::from_f32(ALONE_RATIO);
-        let is_far = |distance: Option<S>| distance.is_none_or(|distance| distance > far);
-        let spacing = S::TAU / S::from_i32(i32::try_from(SENSORS).unwrap_or(1));
-        let beam = spacing * S::from_f32(BEAM_SHARE);
+        let side = sight.side(sensor, range_m)?;
+        let body_radius_m = sight.ring.body_radius_m;
+        let distance_m = body_radius_m + range_m + body_radius_m;
+        let (spacing, beam) = (spacing::<S, SENSORS>(), half_beam::<S, SENSORS>());
         // How wide it looks: an arc sine, within 1 % for what does not touch.
-        let sine = ring.body_radius_m / (here + ring.body_radius_m);
+        let sine = body_radius_m / distance_m;
         let width = sine + sine * sine * sine * S::from_f32(1.0 / 6.0);
         // Seen by both beams it lies between them, by one alone where the other does not reach.
-        let between = (width - beam).max(S::ZERO);
-        let (aside, half_width, is_alone) = match (is_far(right), is_far(left)) {
-            (true, true) => (S::ZERO, (spacing - beam - width).max(S::ZERO).min(beam + width), true),
-            (true, false) => (S::HALF, between, is_far(distance(2))),
-            (false, true) => (-S::HALF, between, is_far(distance(SENSORS - 2))),
-            (false, false) => (S::ZERO, between, false),
+        let (aside, half_width) = match side {
+            Side::None => (S::ZERO, (spacing - beam - width).max(S::ZERO).min(beam + width)),
+            Side::Left => (S::HALF, (width - beam).max(S::ZERO)),
+            Side::Right => (-S::HALF, (width - beam).max(S::ZERO)),
         };
         Some(Self {
             centre: Polar {
                 bearing_rad: wrap(sensor_bearing::<S>(sensor, SENSORS) + spacing * aside),
-                distance_m: here + ring.body_radius_m,
+                distance_m,
             },
             half_width_rad: half_width + S::from_f32(SECTOR_SLACK_RAD),
-            is_alone,
+            range_m,
         })
     }
+}
+
+/// On which side of the sensor that sees a body best the next one sees it too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Side {
+    None,
+    Left,
+    Right,
 }
 
 /// A scan, and what a disc of this robot's size would read in it.
@@ -205,8 +203,7 @@ struct Expected<S> {
 
 impl<S: Scalar> Expected<S> {
     fn new(range_m: S, doubt_m: S) -> Self {
-        let noise_m = range_m * S::from_f32(NOISE_SHARE) + S::from_f32(NOISE_M);
-        Self { range_m, deviation_m: S::hypot(noise_m, doubt_m) }
+        Self { range_m, deviation_m: S::hypot(noise_m(range_m), doubt_m) }
     }
 
     fn fits(&self, range_m: S, deviations: f32) -> bool {
@@ -216,14 +213,14 @@ impl<S: Scalar> Expected<S> {
 
 impl<S: Scalar, const SENSORS: usize> Sight<'_, S, SENSORS> {
     fn range_m(&self, sensor: usize) -> Option<S> {
-        self.scan.range_m.get(sensor).copied().flatten().filter(|range| *range < self.ring.range_m)
+        let range = self.scan.range_m.get(sensor).copied().flatten();
+        range.filter(|range| *range < self.ring.range_m).map(|range| range.max(S::ZERO))
     }
 
     /// What a sensor reads of a disc that is so far away, aside of its bearing by `off`; `None` if it does not see it.
     /// `doubt_m` is what the distance may err by.
     fn expected(&self, off: S, distance_m: S, doubt_m: S) -> Option<Expected<S>> {
-        let beam = spacing::<S, SENSORS>() * S::from_f32(BEAM_SHARE);
-        let outside = (off.abs() - beam).max(S::ZERO);
+        let outside = (off.abs() - half_beam::<S, SENSORS>()).max(S::ZERO);
         let radius = self.ring.body_radius_m;
         if outside > S::ONE {
             return None;
@@ -265,20 +262,34 @@ impl<S: Scalar, const SENSORS: usize> Sight<'_, S, SENSORS> {
         Self::sensors_near(near).map(of).fold(S::ONE, |product, factor| product * factor)
     }
 
-    /// Whether nothing beside the beam of a sensor is about as near as what it reads.
-    fn is_alone(&self, sensor: usize, range_m: S) -> bool {
-        let far = (range_m + self.ring.body_radius_m) * S::from_f32(ALONE_RATIO);
-        let is_far = |turn: usize| {
-            let beside = self.range_m((sensor + turn) % SENSORS.max(1));
-            beside.is_none_or(|range| range + self.ring.body_radius_m > far)
-        };
-        match (is_far(1), is_far(SENSORS - 1)) {
-            (true, true) => true,
-            (false, true) => is_far(2),
-            (true, false) => is_far(SENSORS - 2),
-            (false, false) => false,
-        }
+    /// What the sensor reads that is so many places to the left.
+    fn beside(&self, sensor: usize, places: usize) -> Option<S> {
+        self.range_m((sensor + places) % SENSORS.max(1))
     }
+
+    /// Where nothing beside what a sensor reads is about as near but for one more beam that sees it: which.
+    fn side(&self, sensor: usize, range_m: S) -> Option<Side> {
+        let radius = self.ring.body_radius_m;
+        let far = (radius + range_m) * S::from_f32(ALONE_RATIO);
+        let is_far = |places| self.beside(sensor, places).is_none_or(|range| radius + range > far);
+        let (side, is_alone) = match (is_far(SENSORS - 1), is_far(1)) {
+            (true, true) => (Side::None, true),
+            (true, false) => (Side::Left, is_far(2)),
+            (false, true) => (Side::Right, is_far(SENSORS - 2)),
+            (false, false) => return None,
+        };
+        is_alone.then_some(side)
+    }
+}
+
+/// The standard deviation of a reading (m).
+fn noise_m<S: Scalar>(range_m: S) -> S {
+    range_m * S::from_f32(NOISE_SHARE) + S::from_f32(NOISE_M)
+}
+
+/// Half the width of a beam (rad).
+fn half_beam<S: Scalar, const SENSORS: usize>() -> S {
+    spacing::<S, SENSORS>() * S::from_f32(BEAM_SHARE)
 }
 
 /// The bearing between two beams (rad).
@@ -300,14 +311,17 @@ struct Track<S> {
 
 impl<S: Scalar> Track<S> {
     /// Begins with an echo.
-    fn new(echo: &Echo<S>, body_radius_m: S, pose: Pose<S>) -> Self {
+    fn new(echo: &Echo<S>, pose: Pose<S>) -> Self {
         let at = pose.to_world_frame(echo.centre.to_point(), pose.heading_rad.sin_cos());
         let direction = wrap(echo.centre.bearing_rad + pose.heading_rad).sin_cos();
-        let gap = (echo.centre.distance_m - body_radius_m - body_radius_m).max(S::ZERO);
-        let along_m = gap * S::from_f32(NOISE_SHARE) + S::from_f32(NOISE_M);
         // The standard deviation of what is anywhere in the sector: 1/√3 of half its width.
         let across_m = echo.half_width_rad * echo.centre.distance_m * S::from_f32(0.577);
-        Self { belief: Belief::new(at, direction, along_m, across_m), begun: at, seen: 1, missed: 0 }
+        Self {
+            belief: Belief::new(at, direction, noise_m(echo.range_m), across_m),
+            begun: at,
+            seen: 1,
+            missed: 0,
+        }
     }
 
     /// Goes on as before until the next scan.
@@ -359,7 +373,7 @@ impl<S: Scalar> Track<S> {
             }
         }
         let Some((sensor, range, least)) = nearest else { return };
-        let is_alone = sight.is_alone(sensor, range);
+        let is_alone = sight.side(sensor, range).is_some();
         let is_close = distance_m < sight.ring.body_radius_m * S::from_f32(CLOSE_RADII);
         if is_alone {
             self.seen = self.seen.saturating_add(1).min(SEEN_MAX);
@@ -380,7 +394,7 @@ impl<S: Scalar> Track<S> {
         }
         self.belief.correct(across, mean * deviation_rad * distance_m, share);
         let doubt_m = self.belief.deviation_m(along);
-        let noise_m = least.range_m * S::from_f32(NOISE_SHARE) + S::from_f32(NOISE_M);
+        let noise_m = noise_m(least.range_m);
         // In units of the larger of both: the squares of millimetres are too small for fixed point.
         let (doubt, noise) = (doubt_m / doubt_m.max(noise_m), noise_m / doubt_m.max(noise_m));
         let gain = doubt * doubt / (doubt * doubt + noise * noise);
@@ -454,11 +468,8 @@ impl<S: Scalar, const TRACKS: usize> Movers<S, TRACKS> {
             track.follow(&sight, pose, &mut taken);
         }
         for (sensor, is_taken) in taken.into_iter().enumerate() {
-            if let Some(echo) = Echo::of(ring, scan, sensor)
-                && echo.is_alone
-                && !is_taken
-            {
-                self.begin(Track::new(&echo, ring.body_radius_m, pose));
+            if !is_taken && let Some(echo) = Echo::of(&sight, sensor) {
+                self.begin(Track::new(&echo, pose));
             }
         }
     }
