@@ -28,7 +28,7 @@ pub const CHECKPOINTS: usize = 16;
 pub const MEMORY_POINTS: usize = 6;
 /// What may move and is followed at a time, where there is room for it: boards follow nothing, see
 /// [`crate::localisation::mover`].
-pub const MOVERS: usize = 3;
+pub const MOVERS: usize = 6;
 
 /// What the controller is to do.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

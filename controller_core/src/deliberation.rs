@@ -69,7 +69,7 @@ pub struct Deliberation<
     standing: Standing<S, COLUMNS, ROWS, SENSORS>,
     scan: Scan<S, SENSORS>,
     memory: ObstacleMemory<S, MEMORY_POINTS>,
-    movers: Movers<S, TRACKS>,
+    movers: Movers<S, SENSORS, TRACKS>,
     detour: Detour<S>,
     opening: Opening<S>,
     arrivals: u16,
@@ -118,6 +118,7 @@ impl<
                 activity: S::ZERO,
                 is_target: false,
                 judged: 0,
+                pressed: None,
             },
         },
         scan: Scan::EMPTY,
@@ -346,7 +347,9 @@ impl<
     fn integrate_fields(&mut self, p: &Parameters<S, SENSORS>, pose: Pose<S>) -> Command<S> {
         let Some(target) = self.standing.target.value else { return Command::default() };
         let mut ways = self.ways(p, pose);
+        let before = self.standing.decision.command;
         let is_pressed = TRACKS > 0 && !ways.movers().is_empty();
+        let pressed = is_pressed.then(|| (before.left + before.right) * S::HALF);
         let decision = neural::integrate(
             &self.map,
             &p.neural,
@@ -354,7 +357,7 @@ impl<
             &p.scaling,
             &target,
             &self.standing.obstacles.value,
-            is_pressed,
+            pressed,
             |place, enough| ways.inhibition(&p.sweep, place, enough),
         );
         self.standing.decision = decision.unwrap_or_default();

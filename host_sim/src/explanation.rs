@@ -53,7 +53,9 @@ pub struct Place {
 pub struct NeuronActivity {
     /// Column and row on the lattice.
     pub neuron: NeuronIndex,
-    /// Its weight `w_i`: where its step leads to.
+    /// Its step is made backwards, away from what moves.
+    pub backwards: bool,
+    /// Its weight `w_i`: where its step leads to; mirrored if that is made backwards.
     pub place: Place,
     /// `a_i`: what the target field gives it.
     pub target: f32,
@@ -164,7 +166,7 @@ pub struct DecisionReport {
     pub movers: Vec<SeenMover>,
     /// Other robots that are known of.
     pub others: Vec<OtherRobot>,
-    /// Every neuron that may win.
+    /// Every neuron that may win; twice where its step may be made backwards too.
     pub neurons: Vec<NeuronActivity>,
     /// The winner k.
     pub winner: Option<NeuronActivity>,
@@ -263,6 +265,13 @@ impl<S: Scalar> Judged<S> {
     fn total(&self) -> S {
         self.e - self.way
     }
+}
+
+/// The best first. Equal activities go to the neuron that is ranked first, as in the core; sorting keeps the order of
+/// equals.
+fn rank<S: Scalar>(judged: &mut [Judged<S>]) {
+    judged.sort_by(|a, b| by_size(b.e, a.e));
+    judged.sort_by(|a, b| by_size(b.total(), a.total()));
 }
 
 /// What integration has to work with at a moment.
@@ -382,30 +391,54 @@ impl<S: Scalar> Moment<'_, S> {
 
     /// How a neuron's step is made.
     fn stride(&self, index: NeuronIndex) -> Stride<S> {
-        neural::stride(self.core.map(), index, !self.ways.movers().is_empty())
+        neural::stride(self.core.map(), index, self.pressed().is_some())
+    }
+
+    /// What moved nearby, as integration was told.
+    fn pressed(&self) -> Option<S> {
+        self.core.deliberation.decision().pressed
     }
 
     fn judge(&self, field: &TargetField<S>) -> Vec<Judged<S>> {
         let (p, map) = (self.parameters, self.core.map());
         let mut ways = self.ways.clone();
-        let judge = |(index, place)| {
-            let inhibition = self.core.obstacle_field().value.inhibition(index);
+        let mut judge = |index, place, stride: Stride<S>, inhibition| {
             let e = neural::activity(&p.neural.target, field, place, inhibition);
-            let stride = self.stride(index);
-            let way = ways.inhibition(&p.sweep, p.scaling.place(stride.place), S::LIMIT);
+            let way = ways.inhibition(&p.sweep, p.scaling.place(stride.place), S::LIMIT)
+                + neural::reversal(self.pressed(), stride.place);
             Judged { index, place, stride, e, way }
         };
-        map.places(p.reaching.winner.eligible).map(judge).collect()
+        let places = || map.places(p.reaching.winner.eligible);
+        let mut judged: Vec<Judged<S>> = places()
+            .map(|(index, place)| {
+                judge(index, place, self.stride(index), self.core.obstacle_field().value.inhibition(index))
+            })
+            .collect();
+        rank(&mut judged);
+        if self.pressed().is_some() && judged.first().is_some_and(|best| best.way > S::ZERO) {
+            let backwards =
+                |(index, place)| neural::backwards(place).map(|stride: Stride<S>| (index, stride));
+            let backwards = places().filter_map(backwards);
+            judged.extend(backwards.map(|(index, stride)| judge(index, stride.place, stride, S::ZERO)));
+            rank(&mut judged);
+        }
+        judged
     }
 
     fn activity(&self, field: &TargetField<S>, judged: &Judged<S>) -> NeuronActivity {
         let p = self.parameters;
+        let backwards = judged.stride.haste < S::ZERO;
+        // No field has been asked at the end of a step that is made backwards.
+        let fields = |inhibition: f32| if backwards { 0.0 } else { inhibition };
         NeuronActivity {
             neuron: judged.index,
+            backwards,
             place: Place::of(p.scaling.place(judged.place)),
             target: field.activity(&p.neural.target, judged.place).to_f32(),
-            obstacles: self.core.obstacle_field().value.inhibition(judged.index).to_f32(),
-            separation: self.others.iter().map(|other| self.separation(other, judged.place).to_f32()).sum(),
+            obstacles: fields(self.core.obstacle_field().value.inhibition(judged.index).to_f32()),
+            separation: fields(
+                self.others.iter().map(|other| self.separation(other, judged.place).to_f32()).sum(),
+            ),
             activity: judged.e.to_f32(),
             way: judged.way.to_f32(),
             total: judged.total().to_f32(),
@@ -423,11 +456,10 @@ impl<S: Scalar> Moment<'_, S> {
             aim: place(field.aim),
             age_ms: standing.age_ms(self.latched.now),
         });
-        let mut judged = self.judge(&field);
+        let judged = self.judge(&field);
         report.neurons = judged.iter().map(|neuron| self.activity(&field, neuron)).collect();
-        // Equal activities go to the neuron that is ranked first, as in the core; sorting keeps the order of equals.
-        judged.sort_by(|a, b| by_size(b.e, a.e));
-        judged.sort_by(|a, b| by_size(b.total(), a.total()));
+        // In the order of the lattice.
+        report.neurons.sort_by_key(|of| (of.backwards, of.neuron.column, of.neuron.row));
         let mut ranked = judged.iter();
         let Some(winner) = ranked.next() else { return };
         let (command, is_target) =

@@ -10,7 +10,10 @@
 //!   usually fewer than ten are. After [`RANKED`] of them the order is no longer worth its price: everything is in the
 //!   way, and the rest are judged as they come, each only as far as it takes to see that it is no better.
 //! * **Retreat**: the map reaches a quarter of a step backwards, for that is all that positioning needs; what moves is
-//!   quicker. While something does, a step backwards is judged and made as fast as the wheels turn ([`Stride`]).
+//!   quicker. While something does, and whatever is ahead is obstructed, the steps ahead are judged once more as they
+//!   are if both wheels turn the other way; and those few that lead backwards as fast as the wheels turn ([`Stride`]).
+//! * **Persistence**: while something moves, to turn back costs something. Else the robot dithers between two ways out,
+//!   each a little better than the other in turn, and takes neither.
 
 use crate::kohonen::features::{Command, Features, Scaling};
 use crate::kohonen::lattice::NeuronIndex;
@@ -44,6 +47,8 @@ pub struct Decision<S> {
     pub is_target: bool,
     /// How many candidates had their way checked.
     pub judged: u16,
+    /// Something moved nearby: the mean of both wheels' commands before this one.
+    pub pressed: Option<S>,
 }
 
 /// The candidates: first in the order of `e_i`, the largest first, ties to the lower index; then as they come.
@@ -79,6 +84,28 @@ struct Best<S> {
     activity: S,
 }
 
+impl<S: Scalar> Best<S> {
+    /// Judges a candidate, which may be better; returns its inhibition, or more than matters. `reversal` is a part of
+    /// it.
+    #[inline]
+    fn judge(
+        &mut self,
+        index: NeuronIndex,
+        stride: Stride<S>,
+        e: S,
+        reversal: S,
+        scaling: &Scaling<S>,
+        sweep: &mut impl FnMut(Polar<S>, S) -> S,
+    ) -> S {
+        let inhibition = sweep(scaling.place(stride.place), e - self.activity) + reversal;
+        let activity = e - inhibition;
+        if activity > self.activity || (activity >= self.activity && e > self.e) {
+            *self = Self { index, haste: stride.haste, e, activity };
+        }
+        inhibition
+    }
+}
+
 /// Below any activity: inhibition saturates at −8 in 16 bits. What is untrained or taken out counts as this.
 const OUT: i32 = -8;
 
@@ -105,7 +132,7 @@ pub fn command<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
     target: &TargetField<S>,
     (index, haste): (NeuronIndex, S),
 ) -> (Command<S>, bool) {
-    if haste > S::ONE {
+    if haste > S::ONE || haste < S::ZERO {
         let own = map.own_command(index);
         return (Command { left: own.left * haste, right: own.right * haste }.saturated(), false);
     }
@@ -120,7 +147,7 @@ pub fn command<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
 pub struct Stride<S> {
     /// Where it leads to.
     pub place: Features<S>,
-    /// So many times as fast and as far as the neuron has it: 1 but for a retreat.
+    /// So many times as fast and as far as the neuron has it: 1, more for a retreat, −1 for the step ahead backwards.
     pub haste: S,
 }
 
@@ -129,6 +156,15 @@ const RETREAT_SHARE: f32 = 0.02;
 
 /// No step is made more times as fast than this: what has been learned of the shortest ones is too coarse.
 const HASTE_MAX: f32 = 16.0;
+
+/// What it costs to turn back while something moves: a third of what a target is worth.
+const REVERSAL: f32 = 0.3;
+
+/// Steps shorter than this, as a share of the reach, and commands slower, as a share of the fastest, have no direction
+/// that could be turned back from.
+const DIRECTED_SHARE: f32 = 0.1;
+/// See [`DIRECTED_SHARE`].
+const DIRECTED_COMMAND: f32 = 0.05;
 
 /// How a neuron's step is made; `is_pressed` where something moves nearby. An arc that is driven so many times as fast
 /// leads so many times as far along the same circle.
@@ -146,6 +182,26 @@ pub fn stride<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     let own = map.own_command(index);
     let haste = (S::ONE / own.left.abs().max(own.right.abs())).clamp(S::ONE, S::from_f32(HASTE_MAX));
     Stride { place: Features { bearing: place.bearing * haste, distance: place.distance * haste }, haste }
+}
+
+/// The step to a place ahead, made backwards: with both wheels the other way it leads along the mirrored arc. `None` for
+/// what is not ahead.
+#[inline]
+#[must_use]
+pub fn backwards<S: Scalar>(place: Features<S>) -> Option<Stride<S>> {
+    let mirrored = Features { bearing: -place.bearing, distance: -place.distance };
+    (place.distance >= S::from_f32(RETREAT_SHARE)).then_some(Stride { place: mirrored, haste: -S::ONE })
+}
+
+/// What it costs to go to a place if that is to turn back; `pressed` as in [`Decision`].
+#[inline]
+#[must_use]
+pub fn reversal<S: Scalar>(pressed: Option<S>, place: Features<S>) -> S {
+    let (step, command) = (S::from_f32(DIRECTED_SHARE), S::from_f32(DIRECTED_COMMAND));
+    let turns_back = |driven: S| {
+        (driven > command && place.distance < -step) || (driven < -command && place.distance > step)
+    };
+    if pressed.is_some_and(turns_back) { S::from_f32(REVERSAL) } else { S::ZERO }
 }
 
 impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
@@ -246,7 +302,7 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
 }
 
 /// Chooses the command; `sweep` gives the further inhibition of a way, or [`Scalar::LIMIT`] for more than the number it
-/// is told; `is_pressed` where something moves nearby. `None` while nothing is trained.
+/// is told; `pressed` as in [`Decision`]. `None` while nothing is trained.
 #[expect(
     clippy::too_many_arguments,
     reason = "each is another module's; a struct for one call would hide that"
@@ -258,7 +314,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
     scaling: &Scaling<S>,
     target: &TargetField<S>,
     obstacles: &ObstacleField<S, COLUMNS, ROWS>,
-    is_pressed: bool,
+    pressed: Option<S>,
     mut sweep: impl FnMut(Polar<S>, S) -> S,
 ) -> Option<Decision<S>> {
     let mut candidates =
@@ -268,12 +324,8 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
     let mut judged = 0_u16;
     while let Some((index, e)) = next {
         judged += 1;
-        let stride = stride(map, index, is_pressed);
-        let inhibition = sweep(scaling.place(stride.place), e - best.activity);
-        let activity = e - inhibition;
-        if activity > best.activity || (activity >= best.activity && e > best.e) {
-            best = Best { index, haste: stride.haste, e, activity };
-        }
+        let stride = stride(map, index, pressed.is_some());
+        let inhibition = best.judge(index, stride, e, reversal(pressed, stride.place), scaling, &mut sweep);
         if judged < RANKED {
             if inhibition <= S::ZERO {
                 // None behind it can be better.
@@ -285,8 +337,19 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
             next = candidates.next_above(best.activity);
         }
     }
+    if pressed.is_some() && best.activity < best.e {
+        for (index, place) in map.places(reaching.winner.eligible) {
+            let Some(stride) = backwards(place) else { continue };
+            // No field of an obstacle has been asked there: its way is held against all of them.
+            let e = activity(&parameters.target, target, stride.place, S::ZERO);
+            if e > best.activity {
+                judged += 1;
+                best.judge(index, stride, e, reversal(pressed, stride.place), scaling, &mut sweep);
+            }
+        }
+    }
     let (command, is_target) = command(map, reaching, target, (best.index, best.haste));
-    Some(Decision { command, winner: best.index, activity: best.activity, is_target, judged })
+    Some(Decision { command, winner: best.index, activity: best.activity, is_target, judged, pressed })
 }
 
 #[cfg(test)]
@@ -339,7 +402,7 @@ mod tests {
                 if inhibition >= enough { S::LIMIT } else { inhibition }
             };
             let decision =
-                integrate(&map, neural, &reaching, &p.scaling, &field, &obstacles, false, sweep).unwrap();
+                integrate(&map, neural, &reaching, &p.scaling, &field, &obstacles, None, sweep).unwrap();
             let mut best: Option<(S, NeuronIndex)> = None;
             for (index, place) in map.places(Eligible::All) {
                 let e = activity(&neural.target, &field, place, S::ZERO) - inhibition(p.scaling.place(place));

@@ -287,7 +287,7 @@ fn neurons(explanation: &Explanation, all: bool) -> String {
     sorted.sort_by(|a, b| b.total.total_cmp(&a.total).then(b.activity.total_cmp(&a.activity)));
     let mut rows = vec![["neuron", "cm", "°", "a", "Σb", "e", "way", "left"].map(String::from).to_vec()];
     let own = decision.field.map(|field| field.winner);
-    let is_own = |neuron: &&NeuronActivity| Some(neuron.neuron) == own;
+    let is_own = |neuron: &&NeuronActivity| Some(neuron.neuron) == own && !neuron.backwards;
     let shown = if all { sorted.len() } else { SHOWN };
     // The target's own neuron is always of interest.
     let own_below = sorted.iter().skip(shown).copied().filter(is_own);
@@ -298,8 +298,9 @@ fn neurons(explanation: &Explanation, all: bool) -> String {
             _ => "",
         };
         let place = neuron.place.unfolded();
+        let way = if neuron.backwards { " back" } else { "" };
         rows.push(vec![
-            format!("{}{mark}", neuron_name(neuron.neuron)),
+            format!("{}{way}{mark}", neuron_name(neuron.neuron)),
             format!("{:.1}", place.distance_m * 100.0),
             format!("{:.0}", place.bearing_rad.to_degrees()),
             format!("{:.4}", neuron.target),

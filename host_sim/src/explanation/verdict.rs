@@ -1,5 +1,6 @@
 //! What decided, in words.
 
+use controller_core::integration::neural::backwards;
 use controller_core::kohonen::lattice::NeuronIndex;
 use controller_core::localisation::mover::Mover;
 use controller_core::localisation::separation::Moving;
@@ -32,7 +33,7 @@ pub(super) fn verdict<S: Scalar>(moment: &Moment<S>, report: &DecisionReport) ->
     let mut sentences = Vec::new();
     let own = report.field.map(|field| field.winner);
     let own = own.and_then(|own| report.neurons.iter().find(|neuron| neuron.neuron == own));
-    if let Some(own) = own.filter(|own| own.neuron != winner.neuron) {
+    if let Some(own) = own.filter(|own| own.neuron != winner.neuron || winner.backwards) {
         sentences.push(format!("the target's own neuron {}", lost(moment, own)));
     }
     if let Some(second) = report.runner_up {
@@ -42,8 +43,9 @@ pub(super) fn verdict<S: Scalar>(moment: &Moment<S>, report: &DecisionReport) ->
 }
 
 /// A neuron as people name it.
-fn name(index: NeuronIndex) -> String {
-    format!("({}, {})", index.column, index.row)
+fn name(of: &NeuronActivity) -> String {
+    let NeuronIndex { column, row } = of.neuron;
+    format!("({column}, {row}){}", if of.backwards { " backwards" } else { "" })
 }
 
 /// A place as people say it.
@@ -54,18 +56,18 @@ pub(super) fn at(place: Place) -> String {
 
 /// The winner against the second.
 fn against(moment: &Moment<impl Scalar>, winner: &NeuronActivity, second: &NeuronActivity) -> String {
-    let (winners, by) = (name(winner.neuron), winner.total - second.total);
+    let (winners, by) = (name(winner), winner.total - second.total);
     let nearer = winner.target - second.target;
     let inhibited = (second.obstacles - winner.obstacles).max(second.way - winner.way);
     if by <= 0.0 {
         return format!(
             "{winners} and {} are equal after all inhibition: the one with more activity before its way was checked, \
              or the first on the lattice, wins",
-            name(second.neuron)
+            name(second)
         );
     }
     let reason = if nearer >= inhibited {
-        format!("{} has {nearer:.4} less of the target field", name(second.neuron))
+        format!("{} has {nearer:.4} less of the target field", name(second))
     } else {
         lost(moment, second)
     };
@@ -75,13 +77,15 @@ fn against(moment: &Moment<impl Scalar>, winner: &NeuronActivity, second: &Neuro
 /// What took most of a neuron's activity.
 fn lost<S: Scalar>(moment: &Moment<S>, neuron: &NeuronActivity) -> String {
     let place = moment.core.map().place(neuron.neuron);
-    let who = name(neuron.neuron);
+    let who = name(neuron);
     let (fields, ways) = (neuron.obstacles - neuron.separation, neuron.way);
     let most = fields.max(ways).max(neuron.separation);
     if most <= 0.0 {
         format!("{who}, lost nothing to obstacles")
     } else if ways >= most {
-        let place = moment.stride(neuron.neuron).place;
+        let ahead = moment.stride(neuron.neuron);
+        let stride = if neuron.backwards { backwards(place) } else { None };
+        let place = stride.unwrap_or(ahead).place;
         let to = |point: Point<S>| (point.to_polar(), moment.point_inhibition(point, place));
         let stands = moment.ways.points().map(to).reduce(larger);
         let to = |mover: &Mover<S>| (mover.at.to_polar(), moment.mover_inhibition(*mover, place));

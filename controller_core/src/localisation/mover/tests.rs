@@ -49,7 +49,7 @@ fn follow<S: Scalar>(
     scans: u8,
     headway_s: f32,
     surroundings: impl Fn(f32, f32, (f32, f32)) -> Option<f32>,
-) -> (Movers<S, 3>, Pose<S>) {
+) -> (Movers<S, SENSORS, 6>, Pose<S>) {
     let mut movers = Movers::NONE;
     let mut pose = Pose::default();
     for number in 0..scans {

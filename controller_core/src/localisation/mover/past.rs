@@ -1,0 +1,96 @@
+//! What the ring has read of late, and from where: something stood at a place long before a mover could have come there.
+
+use heapless::Vec;
+
+use crate::scalar::Scalar;
+use crate::sensing::proximity::{ProximityParameters, Scan, sensor_bearing};
+use crate::units::{Point, Pose, angle_between};
+
+/// Scans that are kept for each track, so that a controller without tracks keeps none.
+const PER_TRACK: usize = 3;
+/// What is younger than this (s) may be of the mover itself, as it came.
+const SINCE_S: f32 = 0.89;
+/// A reading is of a place that it misses by no more than this (m),
+const NEAR_M: f32 = 0.01;
+/// and so much of its distance from the robot's centre.
+const NEAR_SHARE: f32 = 0.06;
+/// Stands for no reading.
+const NOTHING: i32 = -1;
+
+/// A scan, with the bits of weights, and where it was made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Old<S: Scalar, const SENSORS: usize> {
+    pose: Pose<S>,
+    range_m: [S::Weight; SENSORS],
+}
+
+impl<S: Scalar, const SENSORS: usize> Old<S, SENSORS> {
+    fn new(ring: &ProximityParameters<S>, scan: &Scan<S, SENSORS>, pose: Pose<S>) -> Self {
+        let range_m = scan.range_m.map(|range| {
+            let range = range.filter(|range| *range < ring.range_m).map(|range| range.max(S::ZERO));
+            range.unwrap_or(S::from_i32(NOTHING)).to_weight()
+        });
+        Self { pose, range_m }
+    }
+
+    /// Whether a sensor has seen something at a place.
+    fn has_seen(&self, ring: &ProximityParameters<S>, at: Point<S>) -> bool {
+        let place = self.pose.see(at);
+        let half_spacing = S::PI / S::from_i32(i32::try_from(SENSORS).unwrap_or(1));
+        self.range_m.iter().enumerate().any(|(sensor, &range)| {
+            let range_m = S::from_weight(range);
+            if range_m < S::ZERO {
+                return false;
+            }
+            let off = angle_between(place.bearing_rad, sensor_bearing(sensor, SENSORS));
+            let distance_m = ring.body_radius_m + range_m;
+            let miss = S::hypot(place.distance_m - distance_m, place.distance_m * off);
+            off.abs() <= half_spacing && miss < S::from_f32(NEAR_M) + distance_m * S::from_f32(NEAR_SHARE)
+        })
+    }
+}
+
+/// The last scans, three for each track.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Past<S: Scalar, const SENSORS: usize, const TRACKS: usize> {
+    scans: Vec<[Old<S, SENSORS>; PER_TRACK], TRACKS>,
+    /// How many have been kept since it was empty, modulo their number.
+    next: u8,
+}
+
+impl<S: Scalar, const SENSORS: usize, const TRACKS: usize> Past<S, SENSORS, TRACKS> {
+    /// Nothing has been read.
+    pub(super) const NONE: Self = Self { scans: Vec::new(), next: 0 };
+
+    /// Keeps a scan; the oldest goes.
+    pub(super) fn keep(&mut self, ring: &ProximityParameters<S>, scan: &Scan<S, SENSORS>, pose: Pose<S>) {
+        let old = Old::new(ring, scan, pose);
+        let next = usize::from(self.next);
+        let (block, place) = (next / PER_TRACK, next % PER_TRACK);
+        if block == self.scans.len() {
+            // There is room for it. What has not been read yet sees nothing.
+            let _ = self.scans.push([Old::new(ring, &Scan::EMPTY, pose); PER_TRACK]);
+        }
+        if let Some(scan) = self.scans.get_mut(block).and_then(|block| block.get_mut(place)) {
+            *scan = old;
+        }
+        self.next = u8::try_from((next + 1) % (PER_TRACK * TRACKS).max(1)).unwrap_or(0);
+    }
+
+    /// How many scans, the last of them made a period of `period_s` ago, have seen something at a place before a mover
+    /// that is there now could have been there.
+    pub(super) fn has_seen(&self, ring: &ProximityParameters<S>, at: Point<S>, period_s: S) -> usize {
+        let count = PER_TRACK * TRACKS;
+        let is_old = |index: usize| {
+            let periods = (usize::from(self.next) + count - 1 - index) % count.max(1) + 1;
+            period_s * S::from_i32(i32::try_from(periods).unwrap_or(0)) > S::from_f32(SINCE_S)
+        };
+        let scans = self.scans.iter().flatten().enumerate();
+        scans.filter(|&(index, old)| is_old(index) && old.has_seen(ring, at)).count()
+    }
+
+    /// Keeps nothing any more.
+    pub(super) fn clear(&mut self) {
+        *self = Self::NONE;
+    }
+}
