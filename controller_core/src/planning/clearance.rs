@@ -61,15 +61,14 @@ impl Spot {
     }
 }
 
-/// The next whole number at or below; saturates, and NaN gives 0. Asked so often that libm's would be a fifth of
-/// a plan.
+/// The next whole number at or below, of values within ±4 million. Asked so often that libm's would be a fifth of a
+/// plan, and a conversion that saturates still a tenth.
 pub(super) fn floor(value: f32) -> i32 {
-    #[expect(
-        clippy::cast_possible_truncation,
-        reason = "float to integer `as` saturates, which is what we want"
-    )]
-    let whole = value as i32;
-    if f32::from_i32(whole) > value { whole.saturating_sub(1) } else { whole }
+    /// 1.5 · 2^23: whole numbers near it are the floats next to each other, so that a sum with it is rounded to one.
+    const SHIFT: f32 = 12_582_912.0;
+    let nearest = value + SHIFT;
+    let whole = nearest.to_bits().wrapping_sub(SHIFT.to_bits()).cast_signed();
+    whole.wrapping_sub(i32::from(nearest - SHIFT > value))
 }
 
 /// The raster seen by a disc.
@@ -79,6 +78,8 @@ pub(super) struct Clearance<'a, W> {
     rows: i32,
     /// Radius of the disc, margin included, in quarter-cells.
     pub reach: f32,
+    /// The same for swept tests, which are [`TOLERANCE`] more lenient.
+    swept_reach: f32,
     /// A lattice point is clear when every wall is at a squared distance of at least this, in quarter-cells².
     threshold: i32,
 }
@@ -107,7 +108,8 @@ impl<'a, W: Workspace> Clearance<'a, W> {
         // Relative 1e-5: a disc that fits exactly must not fail by the rounding of metres to quarter-cells.
         let threshold = -floor(-(reach * reach * (1.0 - 1e-5)));
         let (columns, rows) = (i32::from(workspace.columns()), i32::from(workspace.rows()));
-        Self { workspace, columns, rows, reach, threshold: threshold.max(1) }
+        let swept_reach = reach * (1.0 - 1e-5) - TOLERANCE;
+        Self { workspace, columns, rows, reach, swept_reach, threshold: threshold.max(1) }
     }
 
     /// Number of lattice columns.
@@ -121,17 +123,6 @@ impl<'a, W: Workspace> Clearance<'a, W> {
         if within * within >= self.threshold { within } else { within + 1 }
     }
 
-    /// Whether the raster cell is there and free.
-    fn is_free(&self, column: i32, row: i32) -> bool {
-        if column < 0 || row < 0 || column >= self.columns || row >= self.rows {
-            return false;
-        }
-        match (u16::try_from(column), u16::try_from(row)) {
-            (Ok(column), Ok(row)) => self.workspace.is_free(column, row),
-            _ => false,
-        }
-    }
-
     /// The first row from `row` up that is not free in a column of the raster; the row above the raster is not.
     fn next_wall(&self, column: i32, row: i32) -> i32 {
         match (u16::try_from(column), u16::try_from(row)) {
@@ -139,6 +130,23 @@ impl<'a, W: Workspace> Clearance<'a, W> {
                 i32::from(self.workspace.next_wall(column, row)).min(self.rows)
             }
             _ => row,
+        }
+    }
+
+    /// Which of the 64 raster cells from `row` up are not free, one bit each, that of `row` the lowest. What lies outside
+    /// of the raster is not.
+    fn walls(&self, column: i32, row: i32) -> u64 {
+        if column >= self.columns || row >= self.rows {
+            return u64::MAX;
+        }
+        let Ok(column) = u16::try_from(column) else { return u64::MAX };
+        match u16::try_from(row) {
+            Ok(row) => self.workspace.walls(column, row),
+            Err(_) => {
+                let below = row.unsigned_abs();
+                let walls = self.workspace.walls(column, 0).checked_shl(below).unwrap_or(0);
+                walls | !u64::MAX.checked_shl(below).unwrap_or(0)
+            }
         }
     }
 
@@ -203,25 +211,44 @@ impl<'a, W: Workspace> Clearance<'a, W> {
 
     /// Whether the disc can be moved straight from `a` to `b`: the swept capsule touches free cells only.
     ///
-    /// Exact up to [`TOLERANCE`]. The capsule is convex, so in one raster column it covers one interval of rows.
+    /// Exact up to [`TOLERANCE`]. The capsule is convex, so in one raster column it covers one interval of rows; which
+    /// is asked for only in columns with a wall in the box around the capsule.
     pub fn is_clear(&self, a: Spot, b: Spot) -> bool {
         let (a, b) = if a.x <= b.x { (a, b) } else { (b, a) };
-        let reach = self.reach * (1.0 - 1e-5) - TOLERANCE;
-        let capsule = Capsule::new(a, b, reach);
+        let reach = self.swept_reach;
+        let (lower, upper) = if a.y <= b.y { (a.y, b.y) } else { (b.y, a.y) };
         let (first, last) = (floor((a.x - reach) / CELL), floor((b.x + reach) / CELL));
-        if first < 0 || last >= self.columns {
+        let (low, high) = (floor((lower - reach) / CELL), floor((upper + reach) / CELL));
+        if first < 0 || last >= self.columns || low < 0 || high >= self.rows {
             return false;
         }
-        for column in first..=last {
-            let left = f32::from_i32(FINENESS * column).max(a.x - reach);
-            let right = f32::from_i32(FINENESS * (column + 1)).min(b.x + reach);
-            let (low, high) = capsule.rows(left, right);
-            let (low, high) = (floor(low / CELL), floor(high / CELL));
-            if low < 0 || self.next_wall(column, low) <= high {
-                return false;
+        let mut capsule = None;
+        let mut column = first;
+        while column <= last {
+            if self.has_wall(column, low, high) {
+                let capsule = capsule.get_or_insert_with(|| Capsule::new(a, b, reach));
+                let left = f32::from_i32(FINENESS * column).max(a.x - reach);
+                let right = f32::from_i32(FINENESS * (column + 1)).min(b.x + reach);
+                let (low, high) = capsule.rows(left, right);
+                if self.has_wall(column, floor(low / CELL), floor(high / CELL)) {
+                    return false;
+                }
             }
+            column += 1;
         }
         true
+    }
+
+    /// Whether any of the rows `low ..= high` is not free in a column of the raster.
+    fn has_wall(&self, column: i32, low: i32, high: i32) -> bool {
+        let mut row = low;
+        while high - row >= 64 {
+            if self.walls(column, row) != 0 {
+                return true;
+            }
+            row += 64;
+        }
+        self.walls(column, row).wrapping_shl((63 - (high - row)).cast_unsigned()) != 0
     }
 
     /// The bend `b` between `a` and `c`, moved towards the line between them as far as the way stays clear.
@@ -248,42 +275,115 @@ impl<'a, W: Workspace> Clearance<'a, W> {
     /// Tightens all bends of a way in turn; its ends stay.
     pub fn tighten(&self, way: &mut [Spot]) {
         for _ in 0..TIGHTENINGS {
+            let mut has_moved = false;
             for index in 2..way.len() {
                 if let Some([a, b, c]) = way.get_mut(index - 2..=index) {
-                    *b = self.tightened(*a, *b, *c);
+                    let tightened = self.tightened(*a, *b, *c);
+                    has_moved |= tightened != *b;
+                    *b = tightened;
                 }
+            }
+            if !has_moved {
+                break;
             }
         }
     }
 
-    /// The point of a wall that is nearest to `spot` and at most `within` away. With a direction (any length): only
-    /// walls within 60° of it.
+    /// The point of a wall that is nearest to `spot` and less than `within` away, of several the leftmost and lowest. With
+    /// a direction (any length): only walls within 60° of it.
     pub fn nearest_wall(&self, spot: Spot, within: f32, direction: Option<Spot>) -> Option<Spot> {
-        let mut nearest = None;
-        let mut best = within * within;
-        for column in floor((spot.x - within) / CELL)..=floor((spot.x + within) / CELL) {
-            let left = f32::from_i32(FINENESS * column);
-            let x = Scalar::clamp(spot.x, left, left + CELL);
-            for row in floor((spot.y - within) / CELL)..=floor((spot.y + within) / CELL) {
-                let bottom = f32::from_i32(FINENESS * row);
-                let y = Scalar::clamp(spot.y, bottom, bottom + CELL);
-                let (dx, dy) = (x - spot.x, y - spot.y);
-                let squared = dx * dx + dy * dy;
-                if squared >= best || self.is_free(column, row) {
-                    continue;
-                }
-                if let Some(d) = direction {
-                    let along = dx * d.x + dy * d.y;
-                    if along <= 0.0 || along * along < 0.25 * squared * (d.x * d.x + d.y * d.y) {
-                        continue;
-                    }
-                }
-                best = squared;
-                nearest = Some(Spot { x, y });
+        let mut search = WallSearch { spot, direction, best: within * within, nearest: None };
+        let (first, last) = (floor((spot.x - within) / CELL), floor((spot.x + within) / CELL));
+        let (low, high) = (floor((spot.y - within) / CELL), floor((spot.y + within) / CELL));
+        // From the middle out, since what is near leaves little to look for.
+        let middle = floor(spot.x / CELL);
+        for column in (first..=middle).rev() {
+            if !self.search_column(&mut search, column, low, high) {
+                break;
             }
         }
-        nearest
+        for column in middle + 1..=last {
+            if !self.search_column(&mut search, column, low, high) {
+                break;
+            }
+        }
+        search.nearest.map(|(_, spot)| spot)
     }
+
+    /// Looks for the nearest wall in the rows `low ..= high` of a column; `false` when none can be there, nor beyond.
+    fn search_column(&self, search: &mut WallSearch, column: i32, low: i32, high: i32) -> bool {
+        let left = f32::from_i32(FINENESS * column);
+        let x = Scalar::clamp(search.spot.x, left, left + CELL);
+        let dx = x - search.spot.x;
+        if dx * dx > search.best {
+            return false;
+        }
+        let middle = floor(search.spot.y / CELL);
+        // Upwards, then downwards, in each case until what is left is too far.
+        let mut row = middle;
+        'up: while row <= high {
+            let mut walls = self.walls(column, row);
+            while walls != 0 {
+                if !search.go_on(x, (column, row + walls.trailing_zeros().cast_signed())) {
+                    break 'up;
+                }
+                walls &= walls - 1;
+            }
+            row += 64;
+        }
+        let mut row = middle - 64;
+        'down: while row + 63 >= low {
+            let mut walls = self.walls(column, row);
+            while walls != 0 {
+                let bit = 63 - walls.leading_zeros();
+                if !search.go_on(x, (column, row + bit.cast_signed())) {
+                    break 'down;
+                }
+                walls &= !(1 << bit);
+            }
+            row -= 64;
+        }
+        true
+    }
+}
+
+/// What is sought of walls, and what was found.
+struct WallSearch {
+    spot: Spot,
+    direction: Option<Spot>,
+    /// Squared distance of the nearest, or what it must be less than.
+    best: f32,
+    /// Cell and nearest point.
+    nearest: Option<((i32, i32), Spot)>,
+}
+
+impl WallSearch {
+    /// Takes a wall cell (column, row) with the given nearest x if it is nearer; `false` when none further in its column
+    /// is.
+    fn go_on(&mut self, x: f32, cell: (i32, i32)) -> bool {
+        let bottom = f32::from_i32(FINENESS * cell.1);
+        let y = Scalar::clamp(self.spot.y, bottom, bottom + CELL);
+        let (dx, dy) = (x - self.spot.x, y - self.spot.y);
+        let squared = dx * dx + dy * dy;
+        if squared > self.best {
+            return false;
+        }
+        let is_towards = |d| is_towards(dx, dy, squared, d);
+        if !self.direction.is_none_or(is_towards) {
+            return true;
+        }
+        let is_nearest = squared < self.best || self.nearest.is_some_and(|(other, _)| cell < other);
+        if is_nearest {
+            (self.best, self.nearest) = (squared, Some((cell, Spot { x, y })));
+        }
+        false
+    }
+}
+
+/// Whether a vector of that squared length is within 60° of a direction.
+fn is_towards(dx: f32, dy: f32, squared: f32, direction: Spot) -> bool {
+    let along = dx * direction.x + dy * direction.y;
+    along > 0.0 && along * along >= 0.25 * squared * (direction.x * direction.x + direction.y * direction.y)
 }
 
 /// The point of the segment `a`–`c` nearest to `b`.
@@ -304,39 +404,48 @@ struct Capsule {
     reach: f32,
     /// Unit vector from `a` to `b`, or zero.
     direction: Spot,
+    /// Its outline above and below.
+    above: Outline,
+    below: Outline,
+}
+
+/// One side of a capsule's outline: a straight piece between two arcs.
+struct Outline {
+    /// The end of the capsule that is further out.
+    extreme: Spot,
+    /// Where the straight piece begins.
+    start: Spot,
+    /// x of its end.
+    end_x: f32,
 }
 
 impl Capsule {
     fn new(a: Spot, b: Spot, reach: f32) -> Self {
         let length = a.distance_to(b);
         let inverse = if length > 0.0 { 1.0 / length } else { 0.0 };
-        Self { a, b, reach, direction: Spot { x: (b.x - a.x) * inverse, y: (b.y - a.y) * inverse } }
+        let direction = Spot { x: (b.x - a.x) * inverse, y: (b.y - a.y) * inverse };
+        let (upper, lower) = if a.y > b.y { (a, b) } else { (b, a) };
+        let (dx, dy) = (reach * direction.y, reach * direction.x);
+        let above = Outline { extreme: upper, start: Spot { x: a.x - dx, y: a.y + dy }, end_x: b.x - dx };
+        let below = Outline { extreme: lower, start: Spot { x: a.x + dx, y: a.y - dy }, end_x: b.x + dx };
+        Self { a, b, reach, direction, above, below }
     }
 
     /// Lowest and highest y of the capsule over `left ..= right`. Its outline is concave above, convex below: each
     /// extreme is at the x nearest to that of the higher (lower) end.
     fn rows(&self, left: f32, right: f32) -> (f32, f32) {
-        let (upper, lower) = if self.a.y > self.b.y { (self.a, self.b) } else { (self.b, self.a) };
-        let high = self.outline(Scalar::clamp(upper.x, left, right), 1.0);
-        let low = self.outline(Scalar::clamp(lower.x, left, right), -1.0);
-        (low, high)
+        (self.outermost(&self.below, -1.0, left, right), self.outermost(&self.above, 1.0, left, right))
     }
 
-    /// y of the outline at `x`, above (`side` = 1) or below (−1).
-    fn outline(&self, x: f32, side: f32) -> f32 {
-        let normal = Spot { x: -side * self.direction.y, y: side * self.direction.x };
-        let start = Spot { x: self.a.x + self.reach * normal.x, y: self.a.y + self.reach * normal.y };
-        let end_x = self.b.x + self.reach * normal.x;
-        if x >= start.x && x <= end_x && self.direction.x > 0.0 {
+    /// The outermost y of the outline over `left ..= right`, above (`side` = 1) or below (−1).
+    #[inline]
+    fn outermost(&self, outline: &Outline, side: f32, left: f32, right: f32) -> f32 {
+        let x = Scalar::clamp(outline.extreme.x, left, right);
+        let (start, is_slanting) = (outline.start, self.direction.x > 0.0);
+        if is_slanting && x >= start.x && x <= outline.end_x {
             return start.y + (x - start.x) * self.direction.y / self.direction.x;
         }
-        let centre = if self.direction.x > 0.0 {
-            if x < start.x { self.a } else { self.b }
-        } else if side * self.a.y > side * self.b.y {
-            self.a
-        } else {
-            self.b
-        };
+        let centre = if is_slanting { if x < start.x { self.a } else { self.b } } else { outline.extreme };
         let offset = x - centre.x;
         centre.y + side * libm::sqrtf((self.reach * self.reach - offset * offset).max(0.0))
     }
