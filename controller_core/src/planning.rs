@@ -364,7 +364,7 @@ impl<const CELLS: usize, const PASSAGES: usize, I: Index> Planner<CELLS, PASSAGE
         if lost || !self.search.run(&problem) {
             return Err(PlanError::NoPassage { reach_m: robot.reach_m() });
         }
-        let quick = self.search.settled <= QUICK;
+        let quick = self.search.settled_count <= QUICK;
         let mut way = self.way::<W, CHECKPOINTS>(&problem).map_err(|_| too_many(CHECKPOINTS))?;
         if quick {
             // What a search gets wrong from one end it mostly gets right from the other.

@@ -27,8 +27,8 @@ pub(super) struct Cell<I> {
     /// The core: rows that are clear in every column of the cell.
     low: u16,
     high: u16,
-    /// Head of the list of its passages and corners.
-    entry: I,
+    /// Where the numbers of its passages and corners begin; they end where those of the next cell begin.
+    entries: I,
 }
 
 impl<I> Cell<I> {
@@ -56,8 +56,6 @@ const RIGHT: u8 = 16;
 pub(super) struct Passage<I> {
     /// The cell on the left, then the one on the right; a corner in a cell has no second.
     cells: [I; 2],
-    /// Next entry of either cell's list.
-    next: [I; 2],
     /// First column of the cell on the right.
     right: u16,
     low: u16,
@@ -89,10 +87,12 @@ impl<I: Index> Passage<I> {
         self.cells.map(Index::get)
     }
 
-    /// Where a way through or by here bends.
+    /// Where a way through or by here bends. Without a jump, since the search asks for little else.
     pub fn bend(&self) -> Spot {
-        let spot = self.at(if self.has(LEFT) { self.right.saturating_sub(1) } else { self.right });
-        if self.has(BESIDE) { Spot { x: spot.x + f32::from(self.slant), ..spot } } else { spot }
+        let (left, slant) = (i32::from(self.has(LEFT)), i32::from(self.slant));
+        let row = i32::from(if self.has(HIGH) { self.high } else { self.low });
+        let beside = i32::from(self.has(BESIDE));
+        Spot::lattice(i32::from(self.right) - left + slant * beside, row + slant * (1 - left))
     }
 
     /// The lattice point of `cell` at the bend. Either cell may go on beside the other, so that only its own column is
@@ -120,20 +120,13 @@ impl<I: Index> Passage<I> {
         !(along > room && up > room || along < -room && up < -room)
     }
 
-    /// Where the shortest way between two places crosses the passage, were nothing else in the way.
-    pub fn crossing(&self, a: Spot, b: Spot) -> Spot {
-        let x = self.bend().x;
+    /// Where the shortest way between two places crosses the passage in column `x`, were nothing else in the way.
+    pub fn crossing(&self, x: f32, a: Spot, b: Spot) -> Spot {
         let (from_a, from_b) = ((x - a.x).abs(), (x - b.x).abs());
         let sum = from_a + from_b;
         let share = if sum > 0.0 { from_a / sum } else { 0.5 };
         let y = a.y + share * (b.y - a.y);
         Spot { x, y: y.clamp(f32::from(self.low), f32::from(self.high)) }
-    }
-
-    /// The entry after this one in the list of `cell`.
-    fn next_of(&self, cell: u32) -> u32 {
-        let [left, right] = self.next;
-        if self.cells[0].get() == cell { left.get() } else { right.get() }
     }
 }
 
@@ -197,6 +190,10 @@ impl<I: Index> Run<I> {
 pub(super) struct Decomposition<I, const CELLS: usize, const PASSAGES: usize> {
     pub cells: heapless::Vec<Cell<I>, CELLS>,
     pub passages: heapless::Vec<Passage<I>, PASSAGES>,
+    /// Numbers of the passages and corners, cell by cell.
+    entries: [[I; 2]; PASSAGES],
+    /// How many there are.
+    linked: usize,
     previous: heapless::Vec<Run<I>, CELLS>,
     current: heapless::Vec<Run<I>, CELLS>,
 }
@@ -211,6 +208,8 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         Self {
             cells: heapless::Vec::new(),
             passages: heapless::Vec::new(),
+            entries: [[I::LAST; 2]; PASSAGES],
+            linked: 0,
             previous: heapless::Vec::new(),
             current: heapless::Vec::new(),
         }
@@ -279,7 +278,7 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         } else {
             let cell = I::of(number(self.cells.len()));
             let (low, high) = (lattice_index(low), lattice_index(high));
-            self.cells.push(Cell { low, high, entry: I::of(I::NONE) }).map_err(|_| Overflow::Cells)?;
+            self.cells.push(Cell { low, high, entries: I::of(0) }).map_err(|_| Overflow::Cells)?;
             Run { cell, low, high, since: [NOTED; 2] }
         };
         self.current.push(run).map_err(|_| Overflow::Cells)?;
@@ -311,39 +310,44 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         if let Some(cell) = self.cells.get_mut(place(last.cell.get())) {
             (cell.low, cell.high) = (cell.low.max(low), cell.high.min(high));
         }
-        let mut next = Run { low, high, ..last };
-        let inwards = [last.high.cmp(&high), low.cmp(&last.low)];
+        let [upper, lower] = last.since;
+        let (upper_moves, lower_moves) = (last.high.cmp(&high), low.cmp(&last.low));
+        let upper = self.follow_end(clearance, x, (last.high, true), last.cell, upper, upper_moves)?;
+        let lower = self.follow_end(clearance, x, (last.low, false), last.cell, lower, lower_moves)?;
+        Ok(Run { low, high, since: [upper, lower], ..last })
+    }
+
+    /// Follows the upper or lower end of a run from its row in the last column, inwards if greater, to column `x`; notes
+    /// the corners that it shows, and says what [`Run::since`] becomes.
+    #[inline]
+    fn follow_end<W: Workspace>(
+        &mut self,
+        clearance: &Clearance<'_, W>,
+        x: i32,
+        (row, is_upper): (u16, bool),
+        cell: I,
+        since: u8,
+        inwards: Ordering,
+    ) -> Result<u8, Overflow> {
+        if inwards.is_eq() && since >= NOTED {
+            return Ok(if since == NOTED { NOTED } else { since.saturating_add(1) });
+        }
+        let begins = (1..NOTED).contains(&since);
+        let columns = if since < OUT { since } else { since - OUT + 1 };
         // Shorter ones are those of the disc's own roundness at one corner.
-        let step = (clearance.reach_columns() / 4).clamp(2, 4);
-        let ends = [(last.high, true), (last.low, false)];
-        for ((since, inwards), (row, is_upper)) in next.since.iter_mut().zip(inwards).zip(ends) {
-            let begins = (1..NOTED).contains(since).then(|| (x - i32::from(*since), row));
-            let columns = if *since < OUT { *since } else { *since - OUT + 1 };
-            let has_stayed = i32::from(columns) >= step;
-            match inwards {
-                // A step of a staircase is a corner too, so that a way can be joined round it bend by bend.
-                Ordering::Greater => {
-                    if let Some(at) = begins.filter(|_| has_stayed) {
-                        self.add_corner(clearance, at, -1, is_upper, last.cell)?;
-                    }
-                    *since = 1;
-                }
-                Ordering::Equal => {
-                    *since = if *since == NOTED { NOTED } else { since.saturating_add(1) };
-                    if let Some(at) = begins.filter(|_| *since == NOTED) {
-                        self.add_corner(clearance, at, -1, is_upper, last.cell)?;
-                    }
-                }
-                Ordering::Less => {
-                    if let Some(at) = begins.filter(|_| has_stayed) {
-                        self.add_corner(clearance, at, -1, is_upper, last.cell)?;
-                    }
-                    if *since < OUT || has_stayed {
-                        self.add_corner(clearance, (x - 1, row), 1, is_upper, last.cell)?;
-                    }
-                    *since = OUT;
-                }
-            }
+        let has_stayed = columns >= clearance.corner_columns;
+        let next = match inwards {
+            Ordering::Greater => 1,
+            Ordering::Equal => since + 1,
+            Ordering::Less => OUT,
+        };
+        // A step of a staircase is a corner too, so that a way can be joined round it bend by bend.
+        let is_noted = if inwards.is_eq() { next == NOTED } else { has_stayed };
+        if begins && is_noted {
+            self.add_corner(clearance, (x - i32::from(since), row), -1, is_upper, cell)?;
+        }
+        if inwards.is_lt() && (since < OUT || has_stayed) {
+            self.add_corner(clearance, (x - 1, row), 1, is_upper, cell)?;
         }
         Ok(next)
     }
@@ -352,10 +356,12 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
     fn end_runs<W: Workspace>(&mut self, clearance: &Clearance<'_, W>, x: i32) -> Result<(), Overflow> {
         for index in 0..self.previous.len() {
             let Some(run) = self.previous.get(index).copied() else { break };
-            for (since, (row, is_upper)) in run.since.into_iter().zip([(run.high, true), (run.low, false)]) {
-                if (1..NOTED).contains(&since) {
-                    self.add_corner(clearance, (x - i32::from(since), row), -1, is_upper, run.cell)?;
-                }
+            let [upper, lower] = run.since;
+            if (1..NOTED).contains(&upper) {
+                self.add_corner(clearance, (x - i32::from(upper), run.high), -1, true, run.cell)?;
+            }
+            if (1..NOTED).contains(&lower) {
+                self.add_corner(clearance, (x - i32::from(lower), run.low), -1, false, run.cell)?;
             }
         }
         Ok(())
@@ -374,16 +380,13 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         is_upper: bool,
         cell: I,
     ) -> Result<(), Overflow> {
-        let none = I::of(I::NONE);
-        let spot = |x| Spot::lattice(x, i32::from(row));
-        let mut beside = side * clearance.reach_columns();
+        let mut beside = side * clearance.reach_columns;
         // Half of it goes round half of the bend.
-        while beside != 0 && !clearance.is_clear(spot(x), spot(x + beside)) {
+        while beside != 0 && !clearance.is_level_clear(x, x + beside, i32::from(row)) {
             beside /= 2;
         }
         let corner = Passage {
-            cells: [cell, none],
-            next: [none; 2],
+            cells: [cell, I::of(I::NONE)],
             right: lattice_index(x + 1),
             low: row,
             high: row,
@@ -415,10 +418,8 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
             return Ok(());
         }
         let (first, last) = if slant == 0 { (first, last) } else { (row, row) };
-        let none = I::of(I::NONE);
         let mut entry = Passage {
             cells: [left.cell, right.cell],
-            next: [none; 2],
             right: lattice_index(x),
             low: lattice_index(first),
             high: lattice_index(last),
@@ -446,23 +447,37 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
             .is_some_and(|cell| i32::from(cell.low).max(low) <= i32::from(cell.high).min(high))
     }
 
-    /// Threads the entries on the lists of their cells, except those of dead ends.
+    /// Numbers the entries of each cell, except those of dead ends.
     fn link<const A: usize>(&mut self, keep: [u32; A]) {
         self.find_dead_ends(keep);
+        let Self { cells, passages, entries, previous, .. } = self;
+        let entries = entries.as_flattened_mut();
         let is_alive = |cell: I| {
-            cell.get() == I::NONE || self.previous.get(place(cell.get())).is_some_and(Run::is_alive)
+            cell.get() == I::NONE || previous.get(place(cell.get())).is_some_and(Run::is_alive)
         };
-        for (index, passage) in self.passages.iter_mut().enumerate().rev() {
-            if !passage.cells.into_iter().all(is_alive) {
-                continue;
+        let in_use = |passage: &&Passage<I>| passage.cells.into_iter().all(is_alive);
+        for cell in passages.iter().filter(in_use).flat_map(|passage| passage.cells) {
+            if let Some(cell) = cells.get_mut(place(cell.get())) {
+                cell.entries = I::of(cell.entries.get() + 1);
             }
-            for (next, cell) in passage.next.iter_mut().zip(passage.cells) {
-                if let Some(cell) = self.cells.get_mut(place(cell.get())) {
-                    *next = cell.entry;
-                    cell.entry = I::of(number(index));
+        }
+        let mut end = 0;
+        for cell in cells.iter_mut() {
+            end += cell.entries.get();
+            cell.entries = I::of(end);
+        }
+        // From the end to the beginning of each cell's part.
+        for (index, passage) in passages.iter().enumerate().rev().filter(|(_, passage)| in_use(passage)) {
+            for cell in passage.cells {
+                if let Some(cell) = cells.get_mut(place(cell.get())) {
+                    cell.entries = I::of(cell.entries.get() - 1);
+                    if let Some(entry) = entries.get_mut(place(cell.entries.get())) {
+                        *entry = I::of(number(index));
+                    }
                 }
             }
         }
+        self.linked = place(end);
     }
 
     /// Finds the cells that no way between the cells of `keep` needs, since it would have to leave by the passage that
@@ -507,10 +522,11 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         self.passages.get(place(number))
     }
 
-    /// The passages and corners of a cell.
-    pub fn entries_of(&self, cell: u32) -> impl Iterator<Item = (u32, &Passage<I>)> + '_ {
-        let head = self.cells.get(place(cell)).map_or(I::NONE, |cell| cell.entry.get());
-        let with_number = |number| self.passage(number).map(|passage| (number, passage));
-        core::iter::successors(with_number(head), move |(_, passage)| with_number(passage.next_of(cell)))
+    /// Numbers of the passages and corners of a cell, in order.
+    pub fn entries_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
+        let begin = |cell: usize| self.cells.get(cell).map_or(self.linked, |cell| place(cell.entries.get()));
+        let all = self.entries.as_flattened();
+        let own = all.get(begin(place(cell))..begin(place(cell).saturating_add(1)));
+        own.unwrap_or_default().iter().map(|entry| entry.get())
     }
 }

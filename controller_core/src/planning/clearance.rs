@@ -20,6 +20,17 @@ const CELL: f32 = 4.0;
 /// Largest radius of the disc in quarter-cells; with it the cursors of a column fit in a fixed array.
 pub(super) const REACH_MAX: f32 = 96.0;
 
+/// Largest radius of a disc, in quarter-cells, for which a lattice column is looked at 64 rows at a time. Walls are met
+/// all along it where cells are as large as that, so that to go from wall to wall takes longer; with a larger disc,
+/// which touches more columns, they are few.
+const REACH_SMALL: f32 = 8.0;
+
+/// Raster rows of 64 lattice rows.
+const BLOCK: i32 = 16;
+
+/// Rows below a block that are looked at with it: more than a disc of [`REACH_SMALL`] there can touch.
+const BELOW: i32 = 4;
+
 /// Columns of the raster that a disc of [`REACH_MAX`] can touch, with room for both ends.
 const STENCIL: usize = 52;
 
@@ -80,6 +91,10 @@ pub(super) struct Clearance<'a, W> {
     pub reach: f32,
     /// The same for swept tests, which are [`TOLERANCE`] more lenient.
     swept_reach: f32,
+    /// How many lattice columns beside a wall's end the disc is clear of it.
+    pub reach_columns: i32,
+    /// How many lattice columns the end of a run must stay in a row to be more than the disc's roundness at a corner.
+    pub corner_columns: u8,
     /// A lattice point is clear when every wall is at a squared distance of at least this, in quarter-cells².
     threshold: i32,
 }
@@ -100,27 +115,27 @@ pub(super) struct Column {
     cursors: heapless::Vec<Cursor, STENCIL>,
     /// No run left below this row.
     from: i32,
+    /// Of a small disc: the clear rows from `base` up that are left, one bit each, the lowest first.
+    clear: u64,
+    base: i32,
 }
 
 impl<'a, W: Workspace> Clearance<'a, W> {
     /// `reach` (disc radius in quarter-cells) must be above 0 and at most [`REACH_MAX`].
     pub fn new(workspace: &'a W, reach: f32) -> Self {
         // Relative 1e-5: a disc that fits exactly must not fail by the rounding of metres to quarter-cells.
-        let threshold = -floor(-(reach * reach * (1.0 - 1e-5)));
+        let threshold = (-floor(-(reach * reach * (1.0 - 1e-5)))).max(1);
+        let within = floor(reach);
+        let reach_columns = if within * within >= threshold { within } else { within + 1 };
         let (columns, rows) = (i32::from(workspace.columns()), i32::from(workspace.rows()));
         let swept_reach = reach * (1.0 - 1e-5) - TOLERANCE;
-        Self { workspace, columns, rows, reach, swept_reach, threshold: threshold.max(1) }
+        let corner_columns = u8::try_from((reach_columns / 4).clamp(2, 4)).unwrap_or(4);
+        Self { workspace, columns, rows, reach, swept_reach, reach_columns, corner_columns, threshold }
     }
 
     /// Number of lattice columns.
     pub fn lattice_columns(&self) -> i32 {
         FINENESS * self.columns + 1
-    }
-
-    /// How many lattice columns beside a wall's end the disc is clear of it.
-    pub fn reach_columns(&self) -> i32 {
-        let within = floor(self.reach);
-        if within * within >= self.threshold { within } else { within + 1 }
     }
 
     /// The first row from `row` up that is not free in a column of the raster; the row above the raster is not.
@@ -167,14 +182,71 @@ impl<'a, W: Workspace> Clearance<'a, W> {
             let outside = column < 0 || column >= self.columns;
             let full = cursors.push(Cursor { column, extent, from: i32::MIN, to: i32::MIN }).is_err();
             if outside || full {
-                return Column { cursors: heapless::Vec::new(), from: i32::MAX };
+                return Column { cursors: heapless::Vec::new(), from: i32::MAX, clear: 0, base: i32::MAX };
             }
         }
-        Column { cursors, from: 0 }
+        Column { cursors, from: 0, clear: 0, base: -FINENESS * BLOCK }
     }
 
     /// The next run of clear lattice points, first and last row, upwards.
+    #[inline]
     pub fn next_run(&self, walk: &mut Column) -> Option<(i32, i32)> {
+        if self.reach <= REACH_SMALL { self.next_run_in_words(walk) } else { self.next_run_by_walls(walk) }
+    }
+
+    /// [`Clearance::next_run`] of a small disc.
+    fn next_run_in_words(&self, walk: &mut Column) -> Option<(i32, i32)> {
+        while walk.clear == 0 {
+            self.next_word(walk)?;
+        }
+        let low = walk.base + walk.clear.trailing_zeros().cast_signed();
+        // All from the run's first row up to the first that is not clear.
+        let mut above = !(walk.clear | (walk.clear & walk.clear.wrapping_neg()) - 1);
+        while above == 0 {
+            // The rows of the last word end below the raster's edge, which is not clear.
+            self.next_word(walk)?;
+            above = !walk.clear;
+        }
+        let end = above.trailing_zeros();
+        walk.clear &= u64::MAX << end;
+        Some((low, walk.base + end.cast_signed() - 1))
+    }
+
+    /// Goes on to the next 64 rows of a lattice column.
+    fn next_word(&self, walk: &mut Column) -> Option<()> {
+        if walk.base >= FINENESS * self.rows {
+            return None;
+        }
+        walk.base += FINENESS * BLOCK;
+        walk.clear = !self.touched(&walk.cursors, walk.base / FINENESS);
+        Some(())
+    }
+
+    /// Where a small disc touches a wall of the given columns: 64 rows of the lattice from the lower edge of a raster
+    /// row, one bit each.
+    fn touched(&self, near: &[Cursor], row: i32) -> u64 {
+        // One for the rows on the edges of raster cells, and one each a quarter-cell higher.
+        let mut touched = [0; 4];
+        for cursor in near {
+            let walls = self.walls(cursor.column, row - BELOW);
+            if walls == 0 {
+                continue;
+            }
+            for (up, touched) in (0..).zip(&mut touched) {
+                // The first and last of the raster rows that reach within the extent of these.
+                let first = (up - cursor.extent).div_euclid(FINENESS);
+                let last = (up + cursor.extent - 1).div_euclid(FINENESS);
+                for offset in BELOW + first..=BELOW + last {
+                    *touched |= walls >> offset;
+                }
+            }
+        }
+        let [a, b, c, d] = touched.map(spread);
+        a | b << 1 | c << 2 | d << 3
+    }
+
+    /// [`Clearance::next_run`] of a large disc.
+    fn next_run_by_walls(&self, walk: &mut Column) -> Option<(i32, i32)> {
         let top = FINENESS * self.rows;
         let mut y = walk.from;
         while y <= top {
@@ -205,6 +277,9 @@ impl<'a, W: Workspace> Clearance<'a, W> {
     /// Whether a lattice point is clear.
     pub fn is_clear_at(&self, x: i32, y: i32) -> bool {
         let mut walk = self.column(x);
+        if self.reach <= REACH_SMALL {
+            return !walk.cursors.is_empty() && y >= 0 && self.touched(&walk.cursors, y.div_euclid(FINENESS)) >> (y % FINENESS) & 1 == 0;
+        }
         walk.from = walk.from.max(y);
         self.next_run(&mut walk).is_some_and(|(low, _)| low == y)
     }
@@ -235,6 +310,24 @@ impl<'a, W: Workspace> Clearance<'a, W> {
                 }
             }
             column += 1;
+        }
+        true
+    }
+
+    /// [`Clearance::is_clear`] from one lattice point to another of the same row, which is asked for each corner.
+    pub fn is_level_clear(&self, from: i32, to: i32, row: i32) -> bool {
+        let (from, to) = (from.min(to), from.max(to));
+        let reach = floor(self.swept_reach);
+        for column in (from - reach - 1).div_euclid(FINENESS)..=(to + reach).div_euclid(FINENESS) {
+            // Whole, as both ends are, so that the rows are those of the disc's whole height above it.
+            let beside = (FINENESS * column - to).max(from - FINENESS * (column + 1)).max(0);
+            let offset = f32::from_i32(beside);
+            let height = libm::sqrtf((self.swept_reach * self.swept_reach - offset * offset).max(0.0));
+            let (up, down) = (floor(height), -floor(-height));
+            let (low, high) = ((row - down).div_euclid(FINENESS), (row + up).div_euclid(FINENESS));
+            if low < 0 || self.has_wall(column, low, high) {
+                return false;
+            }
         }
         true
     }
@@ -378,6 +471,15 @@ impl WallSearch {
         }
         false
     }
+}
+
+/// The lowest 16 bits, three zeros after each.
+fn spread(bits: u64) -> u64 {
+    let bits = bits & 0xFFFF;
+    let bits = (bits | bits << 24) & 0x0000_00FF_0000_00FF;
+    let bits = (bits | bits << 12) & 0x000F_000F_000F_000F;
+    let bits = (bits | bits << 6) & 0x0303_0303_0303_0303;
+    (bits | bits << 3) & 0x1111_1111_1111_1111
 }
 
 /// Whether a vector of that squared length is within 60° of a direction.
