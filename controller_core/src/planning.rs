@@ -71,6 +71,10 @@ use search::{Problem, Search, Terminal};
 /// A search that has settled no more nodes than this takes far less time than the sweep, and is made from both ends.
 const QUICK: usize = 1000;
 
+/// A search that has settled more nodes than this is worth as much time as it takes to leave out all parts of the map
+/// that a way would have to leave as it came.
+const LONG: usize = 6000;
+
 /// The way from the other end must be shorter by this factor to be worth a change.
 const SHORTER: f32 = 0.999;
 
@@ -354,14 +358,19 @@ impl<const CELLS: usize, const PASSAGES: usize, I: Index> Planner<CELLS, PASSAGE
             Overflow::Passages => PlanError::TooManyPassages { capacity: PASSAGES },
         })?;
         let terminal = |spot, (x, y), cell| Terminal { spot, anchor: Spot::lattice(x, y), cell };
-        let problem = Problem {
-            clearance: &clearance,
-            map: &self.map,
-            start: terminal(from, from_anchor, from_cell),
-            goal: terminal(to, to_anchor, to_cell),
-        };
-        let lost = from_cell == I::NONE || to_cell == I::NONE;
-        if lost || !self.search.run(&problem) {
+        let (start, end) = (terminal(from, from_anchor, from_cell), terminal(to, to_anchor, to_cell));
+        let mut problem = Problem { clearance: &clearance, map: &self.map, start, goal: end };
+        let mut found = Some(false);
+        if from_cell != I::NONE && to_cell != I::NONE {
+            self.search.begin(&problem);
+            found = self.search.run(&problem, LONG);
+        }
+        if found.is_none() {
+            self.map.leave_out_loops([from_cell, to_cell]);
+            problem = Problem { clearance: &clearance, map: &self.map, start, goal: end };
+            found = self.search.run(&problem, usize::MAX);
+        }
+        if found != Some(true) {
             return Err(PlanError::NoPassage { reach_m: robot.reach_m() });
         }
         let quick = self.search.settled_count <= QUICK;
@@ -369,9 +378,9 @@ impl<const CELLS: usize, const PASSAGES: usize, I: Index> Planner<CELLS, PASSAGE
         if quick {
             // What a search gets wrong from one end it mostly gets right from the other.
             let problem = Problem { start: problem.goal, goal: problem.start, ..problem };
-            let back =
-                if self.search.run(&problem) { self.way::<W, CHECKPOINTS>(&problem).ok() } else { None };
-            if let Some(back) = back
+            self.search.begin(&problem);
+            let found = self.search.run(&problem, usize::MAX) == Some(true);
+            if let Some(back) = found.then(|| self.way::<W, CHECKPOINTS>(&problem).ok()).flatten()
                 && length(to, &back) < SHORTER * length(from, &way)
             {
                 way = reversed(&back, to);

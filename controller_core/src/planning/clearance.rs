@@ -298,14 +298,23 @@ impl<'a, W: Workspace> Clearance<'a, W> {
             return false;
         }
         let mut capsule = None;
+        // By the box's lowest row, as far as a word goes.
+        let box_rows = u64::MAX.wrapping_shr((63 - (high - low).min(63)).cast_unsigned());
         let mut column = first;
         while column <= last {
-            if self.has_wall(column, low, high) {
+            let walls = self.walls(column, low);
+            if walls & box_rows != 0 || high - low >= 64 {
                 let capsule = capsule.get_or_insert_with(|| Capsule::new(a, b, reach));
                 let left = f32::from_i32(FINENESS * column).max(a.x - reach);
                 let right = f32::from_i32(FINENESS * (column + 1)).min(b.x + reach);
-                let (low, high) = capsule.rows(left, right);
-                if self.has_wall(column, floor(low / CELL), floor(high / CELL)) {
+                let (from, to) = capsule.rows(left, right);
+                let (from, to) = (floor(from / CELL), floor(to / CELL));
+                let is_wall = if to - low < 64 && low <= from && from <= to {
+                    walls >> (from - low) << (63 - (to - from)) != 0
+                } else {
+                    self.has_wall(column, from, to)
+                };
+                if is_wall {
                     return false;
                 }
             }
@@ -412,21 +421,23 @@ impl<'a, W: Workspace> Clearance<'a, W> {
             return false;
         }
         let middle = floor(search.spot.y / CELL);
-        // Upwards, then downwards, in each case until what is left is too far.
-        let mut row = middle;
-        'up: while row <= high {
-            let mut walls = self.walls(column, row);
+        // Upwards, then downwards, in each case until what is left is too far. Most is within 32 rows.
+        let near = self.walls(column, middle - 32);
+        let (mut row, mut walls, mut next) = (middle, near >> 32, middle + 32);
+        'up: loop {
             while walls != 0 {
                 if !search.go_on(x, (column, row + walls.trailing_zeros().cast_signed())) {
                     break 'up;
                 }
                 walls &= walls - 1;
             }
-            row += 64;
+            if next > high {
+                break;
+            }
+            (row, walls, next) = (next, self.walls(column, next), next + 64);
         }
-        let mut row = middle - 64;
-        'down: while row + 63 >= low {
-            let mut walls = self.walls(column, row);
+        (row, walls, next) = (middle - 64, near << 32, middle - 96);
+        'down: loop {
             while walls != 0 {
                 let bit = 63 - walls.leading_zeros();
                 if !search.go_on(x, (column, row + bit.cast_signed())) {
@@ -434,7 +445,10 @@ impl<'a, W: Workspace> Clearance<'a, W> {
                 }
                 walls &= !(1 << bit);
             }
-            row -= 64;
+            if next + 63 < low {
+                break;
+            }
+            (row, walls, next) = (next, self.walls(column, next), next - 64);
         }
         true
     }
@@ -535,6 +549,7 @@ impl Capsule {
 
     /// Lowest and highest y of the capsule over `left ..= right`. Its outline is concave above, convex below: each
     /// extreme is at the x nearest to that of the higher (lower) end.
+    #[inline]
     fn rows(&self, left: f32, right: f32) -> (f32, f32) {
         (self.outermost(&self.below, -1.0, left, right), self.outermost(&self.above, 1.0, left, right))
     }

@@ -257,11 +257,8 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
         }
     }
 
-    /// Whether the goal can be reached from the start; then [`Search::walk`] says how.
-    pub fn run<W: Workspace, const CELLS: usize>(
-        &mut self,
-        problem: &Problem<'_, W, I, CELLS, PASSAGES>,
-    ) -> bool {
+    /// Begins a search.
+    pub fn begin<W: Workspace, const CELLS: usize>(&mut self, problem: &Problem<'_, W, I, CELLS, PASSAGES>) {
         let entries = problem.map.passages.len();
         self.nodes.iter_mut().take(entries).for_each(|pair| *pair = [Node::NEW; 2]);
         self.settled.iter_mut().take(entries).for_each(|settled| *settled = 0);
@@ -270,11 +267,19 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
         self.settled_count = 0;
         self.found = (f32::INFINITY, I::NONE);
         self.expand(problem, Self::GOAL);
+    }
+
+    /// Whether the goal can be reached from the start; then [`Search::walk`] says how. `None` when so many nodes are
+    /// settled that it is not known yet, to be called again: entries may be taken from the map meanwhile.
+    pub fn run<W: Workspace, const CELLS: usize>(
+        &mut self,
+        problem: &Problem<'_, W, I, CELLS, PASSAGES>,
+        most: usize,
+    ) -> Option<bool> {
         // Each round settles a node or tests one; a node is tested again only when a settled one offered better.
-        while let Some((node, key)) = self.pop() {
-            if key >= self.found.0 {
-                break;
-            }
+        while self.settled_count < most {
+            let next = self.pop().filter(|next| next.1 < self.found.0);
+            let Some((node, _)) = next else { return Some(self.found.0 < f32::INFINITY) };
             let entry = self.node(node);
             if entry.is_tested() {
                 self.expand(problem, node);
@@ -293,7 +298,7 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
                 self.push(node, best.key);
             }
         }
-        self.found.0 < f32::INFINITY
+        None
     }
 
     /// Calls `visit` with each bend from start to goal, the start left out.
@@ -330,11 +335,13 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
         let (cost, from) = (self.cost(root), problem.spot(root));
         for cell in problem.cells(node).into_iter().filter(|&cell| cell != I::NONE) {
             for entry in problem.map.entries_of(cell) {
-                // Most are settled, and their passages need not be looked at.
                 let settled = self.settled_of(entry);
                 let Some(passage) = problem.map.passage(entry).filter(|_| settled != 3) else { continue };
                 let (bend, reach) = (passage.bend(), problem.clearance.reach);
-                if settled & 1 == 0 && passage.can_be_taut(from.x - bend.x, from.y - bend.y, reach) {
+                // One jump, since each by itself would mostly be mispredicted.
+                let is_taut = passage.can_be_taut(from.x - bend.x, from.y - bend.y, reach);
+                let is_shorter = cost + from.distance_to(bend) < self.node(2 * entry).cost;
+                if (settled & 1 == 0) & is_taut & is_shorter {
                     self.offer(problem, root, 2 * entry, cost, (from, bend));
                 }
                 if settled & 2 == 0 && passage.is_wide() {
@@ -349,7 +356,7 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
     }
 
     /// Offers a node `to` that is not settled the way over a settled bend `root`, whose cost is given, with the ends of the
-    /// straight piece.
+    /// straight piece. A bend must not be known to have a shorter one.
     fn offer<W: Workspace, const CELLS: usize>(
         &mut self,
         problem: &Problem<'_, W, I, CELLS, PASSAGES>,
@@ -360,9 +367,6 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
     ) {
         let entry = self.node(to);
         let cost = cost + from.distance_to(spot);
-        if is_bend::<I>(to) && cost >= entry.cost {
-            return;
-        }
         let key = cost + self.haste * spot.distance_to(problem.start.spot);
         if key < self.key_at(entry.position()) {
             if let Some(entry) = self.node_mut(to) {
@@ -547,22 +551,19 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
         let last = self.queue_at(self.queued);
         let mut position = 0;
         loop {
-            let mut below = 2 * position + 1;
+            let below = 2 * position + 1;
             if below >= self.queued {
                 break;
             }
-            let mut other = self.queue_at(below);
-            if below + 1 < self.queued {
-                let right = self.queue_at(below + 1);
-                if before(right, other) {
-                    (below, other) = (below + 1, right);
-                }
-            }
+            let (left, right) = (self.queue_at(below), self.queue_at(below + 1));
+            // What is behind the queue's end does not count. Chosen without a jump, which would mostly be mispredicted.
+            let is_right = (below + 1 < self.queued) & before(right, left);
+            let other = if is_right { right } else { left };
             if !before(other, last) {
                 break;
             }
             self.place(position, other);
-            position = below;
+            position = below + usize::from(is_right);
         }
         self.place(position, last);
         if let Some(entry) = self.node_mut(first.0) {
@@ -574,7 +575,7 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
 
 /// Order of the queue; ties go to the lower node number, so that a plan does not depend on history.
 fn before((a, a_key): (u32, f32), (b, b_key): (u32, f32)) -> bool {
-    a_key < b_key || (a_key <= b_key && a < b)
+    (a_key < b_key) | ((a_key <= b_key) & (a < b))
 }
 
 /// The best of what is known and those of the straight ways that are clear; none is left. Tested from the best on, so
