@@ -257,7 +257,7 @@ fn lattice_index(value: i32) -> u16 {
 
 /// The planner with its scratch memory; what it holds between two plans is of no consequence.
 ///
-/// It takes 22 bytes per cell and 44 per passage or corner (7 kB for 64 and 128), and on a 512 × 512 raster up to some
+/// It takes 22 bytes per cell and 45 per passage or corner (7 kB for 64 and 128), and on a 512 × 512 raster up to some
 /// ten milliseconds of a desktop core, the more the fuller the map. Random worlds had less than one cell per obstacle,
 /// and four to seven passages and corners per cell.
 ///

@@ -235,7 +235,7 @@ mod tests {
                 let searched = (row..raster.rows()).find(|&row| !raster.is_free(column, row));
                 assert_eq!(Workspace::next_wall(&raster, column, row), searched.unwrap_or(raster.rows()));
                 let is_wall = |row: u16| row >= raster.rows() || !raster.is_free(column, row);
-                let walls = (0..64).map(|bit| u64::from(is_wall(row + bit)) << bit).sum();
+                let walls: u64 = (0..64).map(|bit| u64::from(is_wall(row + bit)) << bit).sum();
                 assert_eq!(Workspace::walls(&raster, column, row), walls, "column {column}, row {row}");
             }
         }

@@ -470,9 +470,8 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         self.find_dead_ends(keep);
         let Self { cells, passages, entries, previous, .. } = self;
         let entries = entries.as_flattened_mut();
-        let is_alive = |cell: I| {
-            cell.get() == I::NONE || previous.get(place(cell.get())).is_some_and(Run::is_alive)
-        };
+        let is_alive =
+            |cell: I| cell.get() == I::NONE || previous.get(place(cell.get())).is_some_and(Run::is_alive);
         let in_use = |passage: &&Passage<I>| passage.cells.into_iter().all(is_alive);
         for cell in passages.iter().filter(in_use).flat_map(|passage| passage.cells) {
             if let Some(cell) = cells.get_mut(place(cell.get())) {
@@ -506,9 +505,13 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
     pub fn leave_out_loops(&mut self, [first, last]: [u32; 2]) {
         self.grow_tree(first);
         for index in 0..self.passages.len() {
-            let Some(passage) = self.passages.get(index).filter(|passage| passage.is_passage()) else { continue };
+            let Some(passage) = self.passages.get(index).filter(|passage| passage.is_passage()) else {
+                continue;
+            };
             let [left, right] = passage.cells();
-            let in_tree = |cell: u32| self.previous.get(place(cell)).is_some_and(|run| run.cell == I::of(number(index)));
+            let in_tree = |cell: u32| {
+                self.previous.get(place(cell)).is_some_and(|run| run.cell == I::of(number(index)))
+            };
             if !in_tree(left) && !in_tree(right) && self.reached(left) && self.reached(right) {
                 self.draw_together(left, right);
             }
@@ -547,7 +550,9 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
             next += 1;
             for at in self.entries_at(cell) {
                 let Some(entry) = self.entries.as_flattened().get(at).map(|entry| entry.get()) else { break };
-                let Some(passage) = self.passage(entry).filter(|passage| passage.is_passage()) else { continue };
+                let Some(passage) = self.passage(entry).filter(|passage| passage.is_passage()) else {
+                    continue;
+                };
                 let other = passage.beyond(cell);
                 if !self.reached(other) {
                     self.reach(other, entry, &mut count);

@@ -201,7 +201,7 @@ impl<'a, W: Workspace> Clearance<'a, W> {
         }
         let low = walk.base + walk.clear.trailing_zeros().cast_signed();
         // All from the run's first row up to the first that is not clear.
-        let mut above = !(walk.clear | (walk.clear & walk.clear.wrapping_neg()) - 1);
+        let mut above = !(walk.clear | ((walk.clear & walk.clear.wrapping_neg()) - 1));
         while above == 0 {
             // The rows of the last word end below the raster's edge, which is not clear.
             self.next_word(walk)?;
@@ -278,7 +278,9 @@ impl<'a, W: Workspace> Clearance<'a, W> {
     pub fn is_clear_at(&self, x: i32, y: i32) -> bool {
         let mut walk = self.column(x);
         if self.reach <= REACH_SMALL {
-            return !walk.cursors.is_empty() && y >= 0 && self.touched(&walk.cursors, y.div_euclid(FINENESS)) >> (y % FINENESS) & 1 == 0;
+            return !walk.cursors.is_empty()
+                && y >= 0
+                && self.touched(&walk.cursors, y.div_euclid(FINENESS)) >> (y % FINENESS) & 1 == 0;
         }
         walk.from = walk.from.max(y);
         self.next_run(&mut walk).is_some_and(|(low, _)| low == y)
@@ -565,5 +567,116 @@ impl Capsule {
         let centre = if is_slanting { if x < start.x { self.a } else { self.b } } else { outline.extreme };
         let offset = x - centre.x;
         centre.y + side * libm::sqrtf((self.reach * self.reach - offset * offset).max(0.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use std::vec::Vec;
+
+    use super::super::workspace::{BitGrid, Workspace};
+    use super::{Clearance, REACH_SMALL, Spot};
+
+    const COLUMNS: u16 = 20;
+    const ROWS: u16 = 150;
+
+    /// A raster of which every so many cells are walls, strewn about.
+    fn strewn(every: u32) -> BitGrid<96> {
+        let mut grid = BitGrid::new(COLUMNS, ROWS, 0.01, (0.0, 0.0)).unwrap();
+        let mut state = every;
+        for column in 0..COLUMNS {
+            for row in 0..ROWS {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                grid.set_free(column, row, !(state >> 8).is_multiple_of(every)).unwrap();
+            }
+        }
+        grid
+    }
+
+    fn places() -> impl Iterator<Item = (i32, i32)> {
+        (0..4 * i32::from(COLUMNS))
+            .step_by(3)
+            .flat_map(|x| (0..4 * i32::from(ROWS)).step_by(7).map(move |y| (x, y)))
+    }
+
+    #[test]
+    fn rows_in_words_are_those_from_wall_to_wall() {
+        for every in [2, 3, 10, 100, 2000] {
+            let grid = strewn(every);
+            for reach in [0.08, 1.0, 1.4, 2.0, 3.3, 5.0, 6.5, REACH_SMALL] {
+                let clearance = Clearance::new(&grid, reach);
+                for x in -1..=clearance.lattice_columns() {
+                    let mut walk = clearance.column(x);
+                    let words: Vec<_> =
+                        core::iter::from_fn(|| clearance.next_run_in_words(&mut walk)).collect();
+                    let mut walk = clearance.column(x);
+                    let walls: Vec<_> =
+                        core::iter::from_fn(|| clearance.next_run_by_walls(&mut walk)).collect();
+                    assert_eq!(words, walls, "1 of {every} blocked, reach {reach}, column {x}");
+                    for y in (-1..=4 * i32::from(ROWS) + 1).step_by(5) {
+                        let inside = walls.iter().any(|run| run.0 <= y && y <= run.1);
+                        assert_eq!(clearance.is_clear_at(x, y), inside, "reach {reach}, {x}, {y}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn level_moves_are_clear_as_others_are() {
+        for every in [3, 20, 300] {
+            let grid = strewn(every);
+            for reach in [0.3, 1.4, 3.3, 6.5, 14.0, 40.0] {
+                let clearance = Clearance::new(&grid, reach);
+                for ((x, y), beside) in places().zip([-5, -2, -1, 0, 1, 2, 5].into_iter().cycle()) {
+                    let expected = clearance.is_clear(Spot::lattice(x, y), Spot::lattice(x + beside, y));
+                    let found = clearance.is_level_clear(x, x + beside, y);
+                    assert_eq!(found, expected, "1 of {every} blocked, reach {reach}, {x} + {beside}, {y}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_nearest_wall_is_the_nearest_of_all() {
+        for (every, within) in [(3, 8.4), (20, 8.4), (300, 30.0), (2000, 400.0)] {
+            let grid = strewn(every);
+            let clearance = Clearance::new(&grid, 1.4);
+            for (x, y) in places() {
+                let spot = Spot {
+                    x: 0.3 + f32::from(i16::try_from(x).unwrap()),
+                    y: f32::from(i16::try_from(y).unwrap()),
+                };
+                for direction in [None, Some(Spot { x: 1.0, y: 0.5 }), Some(Spot { x: -0.2, y: -3.0 })] {
+                    let found = clearance.nearest_wall(spot, within, direction);
+                    let expected = nearest_of_all(&grid, spot, within, direction);
+                    assert_eq!(found, expected, "1 of {every} blocked, {spot:?}, {direction:?}");
+                }
+            }
+        }
+    }
+
+    /// [`Clearance::nearest_wall`] by looking at each cell in turn.
+    fn nearest_of_all(grid: &BitGrid<96>, spot: Spot, within: f32, direction: Option<Spot>) -> Option<Spot> {
+        let (mut best, mut nearest) = (within * within, None);
+        let around = 110;
+        for column in -around..i32::from(COLUMNS) + around {
+            for row in -around..i32::from(ROWS) + around {
+                let cell = u16::try_from(column).ok().zip(u16::try_from(row).ok());
+                if cell.is_some_and(|(column, row)| grid.is_free(column, row)) {
+                    continue;
+                }
+                let corner = Spot::lattice(4 * column, 4 * row);
+                let (x, y) = (spot.x.clamp(corner.x, corner.x + 4.0), spot.y.clamp(corner.y, corner.y + 4.0));
+                let (dx, dy) = (x - spot.x, y - spot.y);
+                let squared = dx * dx + dy * dy;
+                if squared < best && direction.is_none_or(|d| super::is_towards(dx, dy, squared, d)) {
+                    (best, nearest) = (squared, Some(Spot { x, y }));
+                }
+            }
+        }
+        nearest
     }
 }
