@@ -18,7 +18,8 @@
 //!
 //! # Steps
 //! 1. sweep the raster once from left to right into cells, passages and corners, and leave out dead ends;
-//! 2. A* over corners and passages, from goal to start (`search.rs`), and back where that costs little;
+//! 2. A* over corners and passages, from goal to start (`search.rs`), and back where that costs little; where it takes
+//!    long, all that a way would have to leave by the passage it came in by is left out under way;
 //! 3. pull the way taut, cut its corners, move it to the middle of doorways (`route.rs`).
 //!
 //! # What holds

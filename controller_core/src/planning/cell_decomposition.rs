@@ -335,8 +335,8 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         Ok(Run { low, high, since: [upper, lower], ..last })
     }
 
-    /// Follows the upper or lower end of a run from its row in the last column, inwards if greater, to column `x`; notes
-    /// the corners that it shows, and says what [`Run::since`] becomes.
+    /// Follows the upper or lower end of a run from its row in the last column, inwards if greater, to column `x`;
+    /// notes the corners that it shows, and says what [`Run::since`] becomes.
     #[inline]
     fn follow_end<W: Workspace>(
         &mut self,
@@ -497,11 +497,12 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         self.linked = place(end);
     }
 
-    /// Leaves out the cells that can be reached and left again by one and the same passage only: like dead ends, but with
-    /// loops in them. Where nearly half of a map is blocked, that is most of it. For a search that takes longer than this.
+    /// Leaves out the cells that can be reached and left again by one and the same passage only: like dead ends, but
+    /// with loops in them. Where nearly half of a map is blocked, that is most of it. For a search that takes longer
+    /// than this.
     ///
-    /// Of a tree of passages from the first of `keep` to all cells, those are drawn together that other passages go round.
-    /// What is left of the tree are the passages that there is no way round.
+    /// Of a tree of passages from the first of `keep` to all cells, those are drawn together that other passages go
+    /// round. What is left of the tree are the passages that there is no way round.
     pub fn leave_out_loops(&mut self, [first, last]: [u32; 2]) {
         self.grow_tree(first);
         for index in 0..self.passages.len() {
@@ -532,8 +533,8 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
     }
 
     /// A tree of passages, each cell as near to the first as can be. The runs are not needed any more: those of
-    /// `previous` hold each cell's passage upwards and in which order it was reached, those of `current` a cell above it
-    /// that it is drawn together with, at first itself, and the cells in that order.
+    /// `previous` hold each cell's passage upwards and in which order it was reached, those of `current` a cell above
+    /// it that it is drawn together with, at first itself, and the cells in that order.
     fn grow_tree(&mut self, first: u32) {
         self.previous.clear();
         self.current.clear();

@@ -148,8 +148,8 @@ impl<'a, W: Workspace> Clearance<'a, W> {
         }
     }
 
-    /// Which of the 64 raster cells from `row` up are not free, one bit each, that of `row` the lowest. What lies outside
-    /// of the raster is not.
+    /// Which of the 64 raster cells from `row` up are not free, one bit each, that of `row` the lowest. What lies
+    /// outside of the raster is not.
     fn walls(&self, column: i32, row: i32) -> u64 {
         if column >= self.columns || row >= self.rows {
             return u64::MAX;
@@ -393,8 +393,8 @@ impl<'a, W: Workspace> Clearance<'a, W> {
         }
     }
 
-    /// The point of a wall that is nearest to `spot` and less than `within` away, of several the leftmost and lowest. With
-    /// a direction (any length): only walls within 60° of it.
+    /// The point of a wall that is nearest to `spot` and less than `within` away, of several the leftmost and lowest.
+    /// With a direction (any length): only walls within 60° of it.
     pub fn nearest_wall(&self, spot: Spot, within: f32, direction: Option<Spot>) -> Option<Spot> {
         let mut search = WallSearch { spot, direction, best: within * within, nearest: None };
         let (first, last) = (floor((spot.x - within) / CELL), floor((spot.x + within) / CELL));
@@ -467,8 +467,8 @@ struct WallSearch {
 }
 
 impl WallSearch {
-    /// Takes a wall cell (column, row) with the given nearest x if it is nearer; `false` when none further in its column
-    /// is.
+    /// Takes a wall cell (column, row) with the given nearest x if it is nearer; `false` when none further in its
+    /// column is.
     fn go_on(&mut self, x: f32, cell: (i32, i32)) -> bool {
         let bottom = f32::from_i32(FINENESS * cell.1);
         let y = Scalar::clamp(self.spot.y, bottom, bottom + CELL);

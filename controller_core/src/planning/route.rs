@@ -260,8 +260,8 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
         }
     }
 
-    /// Finds how each of these doors is joined to the one before, and the goal to the last, as far as that is not known.
-    /// Doors that cannot be joined or have no room are taken out; `false` when none is left.
+    /// Finds how each of these doors is joined to the one before, and the goal to the last, as far as that is not
+    /// known. Doors that cannot be joined or have no room are taken out; `false` when none is left.
     fn join_doors(&self, doors: &mut heapless::Vec<Door, N>, last: &mut Option<Join>) -> bool {
         let goal = self.bends.len().saturating_sub(1);
         let mut index = 0;
@@ -404,7 +404,8 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
     }
 }
 
-/// Takes a door out, so that what comes after it is to be joined anew: the next door, or the goal, whose join is `last`.
+/// Takes a door out, so that what comes after it is to be joined anew: the next door, or the goal, whose join is
+/// `last`.
 fn take_out<const N: usize>(doors: &mut heapless::Vec<Door, N>, index: usize, last: &mut Option<Join>) {
     if index < doors.len() {
         doors.remove(index);

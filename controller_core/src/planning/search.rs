@@ -291,8 +291,8 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
                 (entry.cost, entry.parent) = (best.cost, I::of(best.parent));
                 entry.set(Numbers::<I>::UNSEEN, true);
             }
-            // What no bend reaches straight may be offered again. What is as good as was thought is still the first, and
-            // so is what is better than all that is in the queue.
+            // What no bend reaches straight may be offered again. What is as good as was thought is still the first,
+            // and so is what is better than all that is in the queue.
             if best.cost <= entry.cost || best.key < self.found.0 && self.is_first(node, best.key) {
                 self.expand(problem, node);
             } else if best.key < f32::INFINITY {
@@ -356,8 +356,8 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
         }
     }
 
-    /// Offers a node `to` that is not settled the way over a settled bend `root`, whose cost is given, with the ends of the
-    /// straight piece. A bend must not be known to have a shorter one.
+    /// Offers a node `to` that is not settled the way over a settled bend `root`, whose cost is given, with the ends
+    /// of the straight piece. A bend must not be known to have a shorter one.
     fn offer<W: Workspace, const CELLS: usize>(
         &mut self,
         problem: &Problem<'_, W, I, CELLS, PASSAGES>,
