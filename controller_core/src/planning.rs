@@ -18,7 +18,8 @@
 //!
 //! # Steps
 //! 1. sweep the raster once from left to right into cells, passages and corners, and leave out dead ends;
-//! 2. A* over corners and passages, from goal to start (`search.rs`), and back where that costs little;
+//! 2. A* over corners and passages, from goal to start (`search.rs`), and back where that costs little; where it takes
+//!    long, all that a way would have to leave by the passage it came in by is left out under way;
 //! 3. pull the way taut, cut its corners, move it to the middle of doorways (`route.rs`).
 //!
 //! # What holds
@@ -70,6 +71,10 @@ use search::{Problem, Search, Terminal};
 
 /// A search that has settled no more nodes than this takes far less time than the sweep, and is made from both ends.
 const QUICK: usize = 1000;
+
+/// A search that has settled more nodes than this is worth as much time as it takes to leave out all parts of the map
+/// that a way would have to leave as it came.
+const LONG: usize = 6000;
 
 /// The way from the other end must be shorter by this factor to be worth a change.
 const SHORTER: f32 = 0.999;
@@ -253,7 +258,7 @@ fn lattice_index(value: i32) -> u16 {
 
 /// The planner with its scratch memory; what it holds between two plans is of no consequence.
 ///
-/// It takes 22 bytes per cell and 44 per passage or corner (7 kB for 64 and 128), and on a 512 × 512 raster up to some
+/// It takes 22 bytes per cell and 45 per passage or corner (7 kB for 64 and 128), and on a 512 × 512 raster up to some
 /// ten milliseconds of a desktop core, the more the fuller the map. Random worlds had less than one cell per obstacle,
 /// and four to seven passages and corners per cell.
 ///
@@ -354,24 +359,29 @@ impl<const CELLS: usize, const PASSAGES: usize, I: Index> Planner<CELLS, PASSAGE
             Overflow::Passages => PlanError::TooManyPassages { capacity: PASSAGES },
         })?;
         let terminal = |spot, (x, y), cell| Terminal { spot, anchor: Spot::lattice(x, y), cell };
-        let problem = Problem {
-            clearance: &clearance,
-            map: &self.map,
-            start: terminal(from, from_anchor, from_cell),
-            goal: terminal(to, to_anchor, to_cell),
-        };
-        let lost = from_cell == I::NONE || to_cell == I::NONE;
-        if lost || !self.search.run(&problem) {
+        let (start, end) = (terminal(from, from_anchor, from_cell), terminal(to, to_anchor, to_cell));
+        let mut problem = Problem { clearance: &clearance, map: &self.map, start, goal: end };
+        let mut found = Some(false);
+        if from_cell != I::NONE && to_cell != I::NONE {
+            self.search.begin(&problem);
+            found = self.search.run(&problem, LONG);
+        }
+        if found.is_none() {
+            self.map.leave_out_loops([from_cell, to_cell]);
+            problem = Problem { clearance: &clearance, map: &self.map, start, goal: end };
+            found = self.search.run(&problem, usize::MAX);
+        }
+        if found != Some(true) {
             return Err(PlanError::NoPassage { reach_m: robot.reach_m() });
         }
-        let quick = self.search.settled <= QUICK;
+        let quick = self.search.settled_count <= QUICK;
         let mut way = self.way::<W, CHECKPOINTS>(&problem).map_err(|_| too_many(CHECKPOINTS))?;
         if quick {
             // What a search gets wrong from one end it mostly gets right from the other.
             let problem = Problem { start: problem.goal, goal: problem.start, ..problem };
-            let back =
-                if self.search.run(&problem) { self.way::<W, CHECKPOINTS>(&problem).ok() } else { None };
-            if let Some(back) = back
+            self.search.begin(&problem);
+            let found = self.search.run(&problem, usize::MAX) == Some(true);
+            if let Some(back) = found.then(|| self.way::<W, CHECKPOINTS>(&problem).ok()).flatten()
                 && length(to, &back) < SHORTER * length(from, &way)
             {
                 way = reversed(&back, to);

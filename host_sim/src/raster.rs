@@ -30,6 +30,9 @@ pub enum RasterError {
     NoWalls,
 }
 
+/// Bits of a word of [`Raster::walls`].
+const WORD: usize = 64;
+
 /// A grid of free and blocked cells; column 0, row 0 is at the lowest x and y.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Raster {
@@ -39,8 +42,9 @@ pub struct Raster {
     origin: Point2<f64>,
     /// Row by row from the bottom.
     free: Vec<bool>,
-    /// The first row from each cell upwards that is not free, column by column: what the planner asks for most.
-    next_wall: Vec<u16>,
+    /// Which cells are not free, one bit each, column by column, every column in whole words and one more: what the
+    /// planner asks for most. Set as well are the bits above the map.
+    walls: Vec<u64>,
 }
 
 impl Raster {
@@ -76,7 +80,7 @@ impl Raster {
             return Err(RasterError::TooManyCells(cell_size_m));
         };
         let free = vec![true; usize::from(columns) * usize::from(rows)];
-        let mut raster = Self { columns, rows, cell_size_m, origin: bounds.low, free, next_wall: Vec::new() };
+        let mut raster = Self { columns, rows, cell_size_m, origin: bounds.low, free, walls: Vec::new() };
         for shape in shapes {
             raster.block(shape);
         }
@@ -94,30 +98,50 @@ impl Raster {
             cell_size_m: self.cell_size_m,
             origin: Point2::new(self.origin.y, self.origin.x),
             free: cells.map(|(column, row)| self.is_free(column, row)).collect(),
-            next_wall: Vec::new(),
+            walls: Vec::new(),
         };
         transposed.index_walls();
         transposed
     }
 
     fn index_walls(&mut self) {
-        self.next_wall = vec![self.rows; self.free.len()];
-        for column in 0..self.columns {
-            let mut wall = self.rows;
-            for row in (0..self.rows).rev() {
-                if !self.is_free(column, row) {
-                    wall = row;
-                }
-                self.next_wall[usize::from(column) * usize::from(self.rows) + usize::from(row)] = wall;
-            }
+        let words = self.words();
+        self.walls = vec![u64::MAX; usize::from(self.columns) * words];
+        for (index, _) in self.free.iter().enumerate().filter(|(_, free)| **free) {
+            let (row, column) = (index / usize::from(self.columns), index % usize::from(self.columns));
+            self.walls[column * words + row / WORD] &= !(1 << (row % WORD));
         }
+    }
+
+    /// Words of a column; the last has none of its rows, so that a row's word is never the last.
+    fn words(&self) -> usize {
+        usize::from(self.rows) / WORD + 2
     }
 
     /// The first row from `row` upwards that is not free in a column of the raster; the number of rows when all are.
     #[must_use]
     pub fn next_wall(&self, column: u16, row: u16) -> u16 {
-        let place = usize::from(column) * usize::from(self.rows) + usize::from(row);
-        if row < self.rows { self.next_wall.get(place).copied().unwrap_or(self.rows) } else { self.rows }
+        let mut row = row;
+        while row < self.rows {
+            let walls = self.walls(column, row);
+            if walls != 0 {
+                return row.saturating_add(u16::try_from(walls.trailing_zeros()).unwrap_or(0)).min(self.rows);
+            }
+            row = row.saturating_add(64);
+        }
+        self.rows
+    }
+
+    /// Which of the 64 cells from `row` upwards in a column are not free, one bit each, that of `row` the lowest; those
+    /// above the map are not.
+    #[must_use]
+    pub fn walls(&self, column: u16, row: u16) -> u64 {
+        let (row, shift) = (usize::from(row) / WORD, row % 64);
+        let first = usize::from(column) * self.words() + row;
+        let Some(&[low, high]) = self.walls.get(first..first + 2).filter(|_| row + 1 < self.words()) else {
+            return u64::MAX;
+        };
+        low >> shift | high << 1 << (63 - shift)
     }
 
     /// Number of columns, along x.

@@ -43,6 +43,10 @@ impl Workspace for Raster {
     fn next_wall(&self, column: u16, row: u16) -> u16 {
         Self::next_wall(self, column, row)
     }
+
+    fn walls(&self, column: u16, row: u16) -> u64 {
+        Self::walls(self, column, row)
+    }
 }
 
 /// Why there is no plan.
@@ -230,6 +234,9 @@ mod tests {
             for row in 0..=raster.rows() {
                 let searched = (row..raster.rows()).find(|&row| !raster.is_free(column, row));
                 assert_eq!(Workspace::next_wall(&raster, column, row), searched.unwrap_or(raster.rows()));
+                let is_wall = |row: u16| row >= raster.rows() || !raster.is_free(column, row);
+                let walls: u64 = (0..64).map(|bit| u64::from(is_wall(row + bit)) << bit).sum();
+                assert_eq!(Workspace::walls(&raster, column, row), walls, "column {column}, row {row}");
             }
         }
     }

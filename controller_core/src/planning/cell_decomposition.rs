@@ -27,8 +27,8 @@ pub(super) struct Cell<I> {
     /// The core: rows that are clear in every column of the cell.
     low: u16,
     high: u16,
-    /// Head of the list of its passages and corners.
-    entry: I,
+    /// Where the numbers of its passages and corners begin; they end where those of the next cell begin.
+    entries: I,
 }
 
 impl<I> Cell<I> {
@@ -56,8 +56,6 @@ const RIGHT: u8 = 16;
 pub(super) struct Passage<I> {
     /// The cell on the left, then the one on the right; a corner in a cell has no second.
     cells: [I; 2],
-    /// Next entry of either cell's list.
-    next: [I; 2],
     /// First column of the cell on the right.
     right: u16,
     low: u16,
@@ -89,10 +87,18 @@ impl<I: Index> Passage<I> {
         self.cells.map(Index::get)
     }
 
-    /// Where a way through or by here bends.
+    /// The cell on the other side.
+    fn beyond(&self, cell: u32) -> u32 {
+        let [left, right] = self.cells();
+        if left == cell { right } else { left }
+    }
+
+    /// Where a way through or by here bends. Without a jump, since the search asks for little else.
     pub fn bend(&self) -> Spot {
-        let spot = self.at(if self.has(LEFT) { self.right.saturating_sub(1) } else { self.right });
-        if self.has(BESIDE) { Spot { x: spot.x + f32::from(self.slant), ..spot } } else { spot }
+        let (left, slant) = (i32::from(self.has(LEFT)), i32::from(self.slant));
+        let row = i32::from(if self.has(HIGH) { self.high } else { self.low });
+        let beside = i32::from(self.has(BESIDE));
+        Spot::lattice(i32::from(self.right) - left + slant * beside, row + slant * (1 - left))
     }
 
     /// The lattice point of `cell` at the bend. Either cell may go on beside the other, so that only its own column is
@@ -110,30 +116,20 @@ impl<I: Index> Passage<I> {
     /// Whether a way that bends here can be taut when it comes from, or goes to, a place that is `dx` and `dy` away:
     /// the wall must be in the inside of the bend. Of passages: always, since they are needed to get on at all.
     pub fn can_be_taut(&self, dx: f32, dy: f32, reach: f32) -> bool {
-        if !self.has(BESIDE) {
-            return true;
-        }
         let along = if self.has(RIGHT) { dx } else { -dx };
         let up = if self.has(HIGH) { dy } else { -dy };
         // A bend is beside the wall by about the disc's radius.
         let room = 2.0 * reach;
-        !(along > room && up > room || along < -room && up < -room)
+        !(self.has(BESIDE) & ((along > room) & (up > room) | (along < -room) & (up < -room)))
     }
 
-    /// Where the shortest way between two places crosses the passage, were nothing else in the way.
-    pub fn crossing(&self, a: Spot, b: Spot) -> Spot {
-        let x = self.bend().x;
+    /// Where the shortest way between two places crosses the passage in column `x`, were nothing else in the way.
+    pub fn crossing(&self, x: f32, a: Spot, b: Spot) -> Spot {
         let (from_a, from_b) = ((x - a.x).abs(), (x - b.x).abs());
         let sum = from_a + from_b;
         let share = if sum > 0.0 { from_a / sum } else { 0.5 };
         let y = a.y + share * (b.y - a.y);
         Spot { x, y: y.clamp(f32::from(self.low), f32::from(self.high)) }
-    }
-
-    /// The entry after this one in the list of `cell`.
-    fn next_of(&self, cell: u32) -> u32 {
-        let [left, right] = self.next;
-        if self.cells[0].get() == cell { left.get() } else { right.get() }
     }
 }
 
@@ -187,6 +183,21 @@ impl<I: Index> Run<I> {
         is_last.then_some(self.cell.get())
     }
 
+    /// Of a tree of cells: no cell or passage, and nothing second.
+    fn of_tree(none: u32) -> Self {
+        Self { cell: I::of(none), low: 0, high: 0, since: [0; 2] }
+    }
+
+    /// A second number, for which the rows have room.
+    fn second(&self) -> u32 {
+        u32::from(self.low) | u32::from(self.high) << 16
+    }
+
+    fn set_second(&mut self, number: u32) {
+        let [a, b, c, d] = number.to_le_bytes();
+        (self.low, self.high) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
+    }
+
     /// Whether a way may lead through the cell.
     fn is_alive(&self) -> bool {
         self.low > 0
@@ -197,6 +208,10 @@ impl<I: Index> Run<I> {
 pub(super) struct Decomposition<I, const CELLS: usize, const PASSAGES: usize> {
     pub cells: heapless::Vec<Cell<I>, CELLS>,
     pub passages: heapless::Vec<Passage<I>, PASSAGES>,
+    /// Numbers of the passages and corners, cell by cell.
+    entries: [[I; 2]; PASSAGES],
+    /// How many there are.
+    linked: usize,
     previous: heapless::Vec<Run<I>, CELLS>,
     current: heapless::Vec<Run<I>, CELLS>,
 }
@@ -211,6 +226,8 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         Self {
             cells: heapless::Vec::new(),
             passages: heapless::Vec::new(),
+            entries: [[I::LAST; 2]; PASSAGES],
+            linked: 0,
             previous: heapless::Vec::new(),
             current: heapless::Vec::new(),
         }
@@ -218,15 +235,15 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
 
     /// Sweeps the raster from left to right, and says in which cells the lattice points of `anchors` are
     /// ([`Index::NONE`] where they are not clear).
-    pub fn build<W: Workspace, const A: usize>(
+    pub fn build<W: Workspace>(
         &mut self,
         clearance: &Clearance<'_, W>,
-        anchors: [(i32, i32); A],
-    ) -> Result<[u32; A], Overflow> {
+        anchors: [(i32, i32); 2],
+    ) -> Result<[u32; 2], Overflow> {
         self.cells.clear();
         self.passages.clear();
         self.previous.clear();
-        let mut found = [I::NONE; A];
+        let mut found = [I::NONE; 2];
         for x in 0..=clearance.lattice_columns() {
             self.current.clear();
             let mut walk = clearance.column(x);
@@ -279,7 +296,7 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         } else {
             let cell = I::of(number(self.cells.len()));
             let (low, high) = (lattice_index(low), lattice_index(high));
-            self.cells.push(Cell { low, high, entry: I::of(I::NONE) }).map_err(|_| Overflow::Cells)?;
+            self.cells.push(Cell { low, high, entries: I::of(0) }).map_err(|_| Overflow::Cells)?;
             Run { cell, low, high, since: [NOTED; 2] }
         };
         self.current.push(run).map_err(|_| Overflow::Cells)?;
@@ -311,39 +328,44 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         if let Some(cell) = self.cells.get_mut(place(last.cell.get())) {
             (cell.low, cell.high) = (cell.low.max(low), cell.high.min(high));
         }
-        let mut next = Run { low, high, ..last };
-        let inwards = [last.high.cmp(&high), low.cmp(&last.low)];
+        let [upper, lower] = last.since;
+        let (upper_moves, lower_moves) = (last.high.cmp(&high), low.cmp(&last.low));
+        let upper = self.follow_end(clearance, x, (last.high, true), last.cell, upper, upper_moves)?;
+        let lower = self.follow_end(clearance, x, (last.low, false), last.cell, lower, lower_moves)?;
+        Ok(Run { low, high, since: [upper, lower], ..last })
+    }
+
+    /// Follows the upper or lower end of a run from its row in the last column, inwards if greater, to column `x`;
+    /// notes the corners that it shows, and says what [`Run::since`] becomes.
+    #[inline]
+    fn follow_end<W: Workspace>(
+        &mut self,
+        clearance: &Clearance<'_, W>,
+        x: i32,
+        (row, is_upper): (u16, bool),
+        cell: I,
+        since: u8,
+        inwards: Ordering,
+    ) -> Result<u8, Overflow> {
+        if inwards.is_eq() && since >= NOTED {
+            return Ok(if since == NOTED { NOTED } else { since.saturating_add(1) });
+        }
+        let begins = (1..NOTED).contains(&since);
+        let columns = if since < OUT { since } else { since - OUT + 1 };
         // Shorter ones are those of the disc's own roundness at one corner.
-        let step = (clearance.reach_columns() / 4).clamp(2, 4);
-        let ends = [(last.high, true), (last.low, false)];
-        for ((since, inwards), (row, is_upper)) in next.since.iter_mut().zip(inwards).zip(ends) {
-            let begins = (1..NOTED).contains(since).then(|| (x - i32::from(*since), row));
-            let columns = if *since < OUT { *since } else { *since - OUT + 1 };
-            let has_stayed = i32::from(columns) >= step;
-            match inwards {
-                // A step of a staircase is a corner too, so that a way can be joined round it bend by bend.
-                Ordering::Greater => {
-                    if let Some(at) = begins.filter(|_| has_stayed) {
-                        self.add_corner(clearance, at, -1, is_upper, last.cell)?;
-                    }
-                    *since = 1;
-                }
-                Ordering::Equal => {
-                    *since = if *since == NOTED { NOTED } else { since.saturating_add(1) };
-                    if let Some(at) = begins.filter(|_| *since == NOTED) {
-                        self.add_corner(clearance, at, -1, is_upper, last.cell)?;
-                    }
-                }
-                Ordering::Less => {
-                    if let Some(at) = begins.filter(|_| has_stayed) {
-                        self.add_corner(clearance, at, -1, is_upper, last.cell)?;
-                    }
-                    if *since < OUT || has_stayed {
-                        self.add_corner(clearance, (x - 1, row), 1, is_upper, last.cell)?;
-                    }
-                    *since = OUT;
-                }
-            }
+        let has_stayed = columns >= clearance.corner_columns;
+        let next = match inwards {
+            Ordering::Greater => 1,
+            Ordering::Equal => since + 1,
+            Ordering::Less => OUT,
+        };
+        // A step of a staircase is a corner too, so that a way can be joined round it bend by bend.
+        let is_noted = if inwards.is_eq() { next == NOTED } else { has_stayed };
+        if begins && is_noted {
+            self.add_corner(clearance, (x - i32::from(since), row), -1, is_upper, cell)?;
+        }
+        if inwards.is_lt() && (since < OUT || has_stayed) {
+            self.add_corner(clearance, (x - 1, row), 1, is_upper, cell)?;
         }
         Ok(next)
     }
@@ -352,10 +374,12 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
     fn end_runs<W: Workspace>(&mut self, clearance: &Clearance<'_, W>, x: i32) -> Result<(), Overflow> {
         for index in 0..self.previous.len() {
             let Some(run) = self.previous.get(index).copied() else { break };
-            for (since, (row, is_upper)) in run.since.into_iter().zip([(run.high, true), (run.low, false)]) {
-                if (1..NOTED).contains(&since) {
-                    self.add_corner(clearance, (x - i32::from(since), row), -1, is_upper, run.cell)?;
-                }
+            let [upper, lower] = run.since;
+            if (1..NOTED).contains(&upper) {
+                self.add_corner(clearance, (x - i32::from(upper), run.high), -1, true, run.cell)?;
+            }
+            if (1..NOTED).contains(&lower) {
+                self.add_corner(clearance, (x - i32::from(lower), run.low), -1, false, run.cell)?;
             }
         }
         Ok(())
@@ -374,16 +398,13 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         is_upper: bool,
         cell: I,
     ) -> Result<(), Overflow> {
-        let none = I::of(I::NONE);
-        let spot = |x| Spot::lattice(x, i32::from(row));
-        let mut beside = side * clearance.reach_columns();
+        let mut beside = side * clearance.reach_columns;
         // Half of it goes round half of the bend.
-        while beside != 0 && !clearance.is_clear(spot(x), spot(x + beside)) {
+        while beside != 0 && !clearance.is_level_clear(x, x + beside, i32::from(row)) {
             beside /= 2;
         }
         let corner = Passage {
-            cells: [cell, none],
-            next: [none; 2],
+            cells: [cell, I::of(I::NONE)],
             right: lattice_index(x + 1),
             low: row,
             high: row,
@@ -415,10 +436,8 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
             return Ok(());
         }
         let (first, last) = if slant == 0 { (first, last) } else { (row, row) };
-        let none = I::of(I::NONE);
         let mut entry = Passage {
             cells: [left.cell, right.cell],
-            next: [none; 2],
             right: lattice_index(x),
             low: lattice_index(first),
             high: lattice_index(last),
@@ -446,23 +465,199 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
             .is_some_and(|cell| i32::from(cell.low).max(low) <= i32::from(cell.high).min(high))
     }
 
-    /// Threads the entries on the lists of their cells, except those of dead ends.
-    fn link<const A: usize>(&mut self, keep: [u32; A]) {
+    /// Numbers the entries of each cell, except those of dead ends.
+    fn link(&mut self, keep: [u32; 2]) {
         self.find_dead_ends(keep);
-        let is_alive = |cell: I| {
-            cell.get() == I::NONE || self.previous.get(place(cell.get())).is_some_and(Run::is_alive)
-        };
-        for (index, passage) in self.passages.iter_mut().enumerate().rev() {
-            if !passage.cells.into_iter().all(is_alive) {
-                continue;
+        let Self { cells, passages, entries, previous, .. } = self;
+        let entries = entries.as_flattened_mut();
+        let is_alive =
+            |cell: I| cell.get() == I::NONE || previous.get(place(cell.get())).is_some_and(Run::is_alive);
+        let in_use = |passage: &&Passage<I>| passage.cells.into_iter().all(is_alive);
+        for cell in passages.iter().filter(in_use).flat_map(|passage| passage.cells) {
+            if let Some(cell) = cells.get_mut(place(cell.get())) {
+                cell.entries = I::of(cell.entries.get() + 1);
             }
-            for (next, cell) in passage.next.iter_mut().zip(passage.cells) {
-                if let Some(cell) = self.cells.get_mut(place(cell.get())) {
-                    *next = cell.entry;
-                    cell.entry = I::of(number(index));
+        }
+        let mut end = 0;
+        for cell in cells.iter_mut() {
+            end += cell.entries.get();
+            cell.entries = I::of(end);
+        }
+        // From the end to the beginning of each cell's part.
+        for (index, passage) in passages.iter().enumerate().rev().filter(|(_, passage)| in_use(passage)) {
+            for cell in passage.cells {
+                if let Some(cell) = cells.get_mut(place(cell.get())) {
+                    cell.entries = I::of(cell.entries.get() - 1);
+                    if let Some(entry) = entries.get_mut(place(cell.entries.get())) {
+                        *entry = I::of(number(index));
+                    }
                 }
             }
         }
+        self.linked = place(end);
+    }
+
+    /// Leaves out the cells that can be reached and left again by one and the same passage only: like dead ends, but
+    /// with loops in them. Where nearly half of a map is blocked, that is most of it. For a search that takes longer
+    /// than this.
+    ///
+    /// Of a tree of passages from the first of `keep` to all cells, those are drawn together that other passages go
+    /// round. What is left of the tree are the passages that there is no way round.
+    pub fn leave_out_loops(&mut self, [first, last]: [u32; 2]) {
+        self.grow_tree(first);
+        for index in 0..self.passages.len() {
+            let Some(passage) = self.passages.get(index).filter(|passage| passage.is_passage()) else {
+                continue;
+            };
+            let [left, right] = passage.cells();
+            let in_tree = |cell: u32| {
+                self.previous.get(place(cell)).is_some_and(|run| run.cell == I::of(number(index)))
+            };
+            if !in_tree(left) && !in_tree(right) && self.reached(left) && self.reached(right) {
+                self.draw_together(left, right);
+            }
+        }
+        // Up the tree to where it began.
+        let mut cell = last;
+        while self.reached(cell) {
+            cell = self.top(cell);
+            if let Some(run) = self.previous.get_mut(place(cell)) {
+                run.since = [1; 2];
+            }
+            if cell == first {
+                break;
+            }
+            cell = self.above(cell);
+        }
+        self.retain_entries();
+    }
+
+    /// A tree of passages, each cell as near to the first as can be. The runs are not needed any more: those of
+    /// `previous` hold each cell's passage upwards and in which order it was reached, those of `current` a cell above
+    /// it that it is drawn together with, at first itself, and the cells in that order.
+    fn grow_tree(&mut self, first: u32) {
+        self.previous.clear();
+        self.current.clear();
+        for _ in 0..self.cells.len() {
+            // One for each cell: the capacity is the same.
+            let _ = self.previous.push(Run::of_tree(I::NONE));
+            let _ = self.current.push(Run::of_tree(I::NONE));
+        }
+        let mut count = 0;
+        self.reach(first, I::NONE, &mut count);
+        let mut next = 0;
+        while next < count {
+            let Some(cell) = self.current.get(next).map(Run::second) else { break };
+            next += 1;
+            for at in self.entries_at(cell) {
+                let Some(entry) = self.entries.as_flattened().get(at).map(|entry| entry.get()) else { break };
+                let Some(passage) = self.passage(entry).filter(|passage| passage.is_passage()) else {
+                    continue;
+                };
+                let other = passage.beyond(cell);
+                if !self.reached(other) {
+                    self.reach(other, entry, &mut count);
+                }
+            }
+        }
+    }
+
+    /// Adds a cell to the tree.
+    fn reach(&mut self, cell: u32, passage: u32, count: &mut usize) {
+        if let Some(run) = self.previous.get_mut(place(cell)) {
+            run.cell = I::of(passage);
+            run.set_second(number(*count));
+        }
+        if let Some(run) = self.current.get_mut(place(cell)) {
+            run.cell = I::of(cell);
+        }
+        if let Some(run) = self.current.get_mut(*count) {
+            run.set_second(cell);
+        }
+        *count += 1;
+    }
+
+    /// Whether a cell is in the tree.
+    fn reached(&self, cell: u32) -> bool {
+        self.current.get(place(cell)).is_some_and(|run| run.cell.get() != I::NONE)
+    }
+
+    /// The cell above a cell of the tree; the first is above itself.
+    fn above(&self, cell: u32) -> u32 {
+        let passage = self.previous.get(place(cell)).and_then(|run| self.passage(run.cell.get()));
+        passage.map_or(cell, |passage| passage.beyond(cell))
+    }
+
+    /// The topmost cell of those that a cell of the tree is drawn together with.
+    fn top(&mut self, cell: u32) -> u32 {
+        let next = |runs: &[Run<I>], cell| runs.get(place(cell)).map_or(cell, |run: &Run<I>| run.cell.get());
+        let mut cell = cell;
+        loop {
+            let above = next(&self.current, cell);
+            if above == cell {
+                return cell;
+            }
+            // Half of the way is saved the next time.
+            let above = next(&self.current, above);
+            if let Some(run) = self.current.get_mut(place(cell)) {
+                run.cell = I::of(above);
+            }
+            cell = above;
+        }
+    }
+
+    /// Draws all cells of the tree between two together.
+    fn draw_together(&mut self, a: u32, b: u32) {
+        let (mut a, mut b) = (self.top(a), self.top(b));
+        let order = |runs: &[Run<I>], cell| runs.get(place(cell)).map_or(0, Run::second);
+        while a != b {
+            if order(&self.previous, a) < order(&self.previous, b) {
+                (a, b) = (b, a);
+            }
+            let above = self.above(a);
+            let above = self.top(above);
+            if above == a {
+                break;
+            }
+            if let Some(run) = self.current.get_mut(place(a)) {
+                run.cell = I::of(above);
+            }
+            a = above;
+        }
+    }
+
+    /// Keeps the entries between cells whose topmost cell is marked.
+    fn retain_entries(&mut self) {
+        let mut kept = 0;
+        for cell in 0..self.cells.len() {
+            let own = self.entries_at(number(cell));
+            if let Some(cell) = self.cells.get_mut(cell) {
+                cell.entries = I::of(number(kept));
+            }
+            if !self.is_kept(number(cell)) {
+                continue;
+            }
+            for at in own {
+                let Some(entry) = self.entries.as_flattened().get(at).copied() else { break };
+                let other = self.passage(entry.get()).map_or(I::NONE, |passage| passage.beyond(number(cell)));
+                if other == I::NONE || self.is_kept(other) {
+                    if let Some(place) = self.entries.as_flattened_mut().get_mut(kept) {
+                        *place = entry;
+                    }
+                    kept += 1;
+                }
+            }
+        }
+        self.linked = kept;
+    }
+
+    /// Whether a cell's topmost cell is marked.
+    fn is_kept(&mut self, cell: u32) -> bool {
+        if !self.reached(cell) {
+            return false;
+        }
+        let top = self.top(cell);
+        self.previous.get(place(top)).is_some_and(|run| run.since == [1; 2])
     }
 
     /// Finds the cells that no way between the cells of `keep` needs, since it would have to leave by the passage that
@@ -470,7 +665,7 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
     /// but the way.
     ///
     /// The runs are not needed any more, and their store holds a [`Run`] for each cell that counts its passages.
-    fn find_dead_ends<const A: usize>(&mut self, keep: [u32; A]) {
+    fn find_dead_ends(&mut self, keep: [u32; 2]) {
         self.previous.clear();
         for _ in 0..self.cells.len() {
             // One for each cell: the capacity is the same.
@@ -507,10 +702,15 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         self.passages.get(place(number))
     }
 
-    /// The passages and corners of a cell.
-    pub fn entries_of(&self, cell: u32) -> impl Iterator<Item = (u32, &Passage<I>)> + '_ {
-        let head = self.cells.get(place(cell)).map_or(I::NONE, |cell| cell.entry.get());
-        let with_number = |number| self.passage(number).map(|passage| (number, passage));
-        core::iter::successors(with_number(head), move |(_, passage)| with_number(passage.next_of(cell)))
+    /// Numbers of the passages and corners of a cell, in order.
+    pub fn entries_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
+        let own = self.entries.as_flattened().get(self.entries_at(cell));
+        own.unwrap_or_default().iter().map(|entry| entry.get())
+    }
+
+    /// Where those are.
+    fn entries_at(&self, cell: u32) -> core::ops::Range<usize> {
+        let begin = |cell: usize| self.cells.get(cell).map_or(self.linked, |cell| place(cell.entries.get()));
+        begin(place(cell))..begin(place(cell).saturating_add(1))
     }
 }

@@ -35,11 +35,13 @@ struct Bend {
     door: bool,
     /// Cannot be moved while its neighbours stay where they are.
     tight: bool,
+    /// Known not to be needless while its neighbours stay where they are.
+    needed: bool,
 }
 
 impl Bend {
     fn at(spot: Spot) -> Self {
-        Self { spot, door: false, tight: false }
+        Self { spot, door: false, tight: false, needed: false }
     }
 }
 
@@ -47,11 +49,37 @@ impl Bend {
 #[derive(Debug)]
 pub(super) struct Full;
 
-/// A doorway on the way: the bend after it, and its middle.
+/// A doorway on the way: the bend after it, its middle, and how it is joined to the doorway before once that is known.
 #[derive(Clone, Copy)]
 struct Door {
     before: usize,
     middle: Spot,
+    join: Option<Join>,
+}
+
+/// How the middle of a doorway, or the goal, is joined to that of the doorway before, or to the start.
+#[derive(Clone, Copy)]
+enum Join {
+    Straight,
+    /// Over these bends of the way without doorways, both included.
+    Over(usize, usize),
+}
+
+impl Join {
+    /// Bends that it takes, the end included.
+    fn size(self) -> usize {
+        match self {
+            Self::Straight => 1,
+            Self::Over(first, last) => last - first + 2,
+        }
+    }
+}
+
+/// Which bend below `until` is the last in sight of a place, from which one door after the other is tried.
+#[derive(Clone, Copy, Default)]
+struct Sight {
+    until: usize,
+    seen: Option<usize>,
 }
 
 /// The way from the start (left out) to the goal, as bends joined by straight clear segments.
@@ -113,10 +141,13 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
     /// Drops bends whose neighbours see each other, doors excepted.
     fn drop_needless(&mut self) {
         let mut kept = 0;
+        let mut has_dropped = false;
         for index in 0..self.bends.len() {
             let Some(bend) = self.bends.get(index).copied() else { break };
             let is_last = index + 1 == self.bends.len();
-            if !is_last && !bend.door && self.clearance.is_clear(self.before(kept), self.spot(index + 1)) {
+            let stays = is_last || bend.door || bend.needed && !has_dropped;
+            has_dropped = !stays && self.clearance.is_clear(self.before(kept), self.spot(index + 1));
+            if has_dropped {
                 self.loosen(kept.saturating_sub(1));
                 self.loosen(index + 1);
                 continue;
@@ -160,30 +191,39 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
     /// Cuts the corners that are worth another checkpoint, where there is room for one.
     fn cut_corners(&mut self) {
         let worth = CORNER_SAVING * self.length();
-        let mut index = 0;
-        while index + 1 < self.bends.len() && self.bends.len() < N {
-            let (a, b, c) = (self.before(index), self.spot(index), self.spot(index + 1));
-            let local = SHARP_SAVING * (a.distance_to(b) + b.distance_to(c));
-            let mut best = (worth.min(local), None);
-            for share in [0.75, 0.5, 0.25, 0.125] {
-                let (first, second) = (b.towards(a, share), b.towards(c, share));
-                let saving = first.distance_to(b) + b.distance_to(second) - first.distance_to(second);
-                if saving > best.0 && self.clearance.is_clear(first, second) {
-                    best = (saving, Some((first, second)));
+        let mut bends: heapless::Vec<Bend, N> = heapless::Vec::new();
+        let mut room = N - self.bends.len();
+        let mut a = self.start;
+        let mut has_moved = false;
+        for index in 0..self.bends.len() {
+            let Some(mut bend) = self.bends.get(index).copied() else { break };
+            bend.tight &= !has_moved;
+            has_moved = false;
+            let (b, c) = (bend.spot, self.spot(index + 1));
+            let mut best = (worth.min(SHARP_SAVING * (a.distance_to(b) + b.distance_to(c))), None);
+            if room > 0 && index + 1 < self.bends.len() {
+                for share in [0.75, 0.5, 0.25, 0.125] {
+                    let (first, second) = (b.towards(a, share), b.towards(c, share));
+                    let saving = first.distance_to(b) + b.distance_to(second) - first.distance_to(second);
+                    if saving > best.0 && self.clearance.is_clear(first, second) {
+                        best = (saving, Some((first, second)));
+                    }
                 }
             }
             if let (_, Some((first, second))) = best {
-                if let Some(bend) = self.bends.get_mut(index) {
-                    *bend = Bend::at(first);
+                if let Some(before) = bends.last_mut() {
+                    before.tight = false;
                 }
-                self.loosen(index.saturating_sub(1));
-                self.loosen(index + 1);
-                // There is room: the loop's condition.
-                let _ = self.bends.insert(index + 1, Bend::at(second));
-                index += 1;
+                // There is room for both: `room` tells.
+                let _ = bends.push(Bend::at(first));
+                bend = Bend::at(second);
+                room -= 1;
+                has_moved = true;
             }
-            index += 1;
+            a = bend.spot;
+            let _ = bends.push(bend);
         }
+        self.bends = bends;
     }
 
     /// Puts a checkpoint into the middle of each doorway on the way, as far as that costs little.
@@ -193,47 +233,104 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
     fn pass_doors_in_the_middle(&mut self) {
         let budget = DOORWAY_DETOUR * self.length();
         let mut doors = self.doors();
-        while !doors.is_empty() {
-            let out = match self.through(&doors) {
-                Ok(bends) => {
-                    let old = core::mem::replace(&mut self.bends, bends);
-                    self.drop_needless();
-                    if self.length() <= budget {
-                        return;
-                    }
-                    let dearest = self.dearest_door();
-                    self.bends = old;
-                    dearest
-                }
-                Err(index) => index,
-            };
-            doors.remove(out.min(doors.len() - 1));
+        if !doors.is_empty() {
+            self.note_needed();
+        }
+        let mut last = None;
+        while self.join_doors(&mut doors, &mut last) {
+            let bends = self.through(&doors, last);
+            let old = core::mem::replace(&mut self.bends, bends);
+            self.drop_needless();
+            if self.length() <= budget {
+                return;
+            }
+            let dearest = self.dearest_door();
+            self.bends = old;
+            take_out(&mut doors, dearest, &mut last);
         }
     }
 
-    /// The way through all of these doors, or the number of one that cannot be joined (or has no room).
-    fn through(&self, doors: &[Door]) -> Result<heapless::Vec<Bend, N>, usize> {
-        let mut bends = heapless::Vec::new();
+    /// Notes which bends have neighbours that do not see each other.
+    fn note_needed(&mut self) {
+        for index in 1..self.bends.len().saturating_sub(1) {
+            let needed = !self.clearance.is_clear(self.spot(index - 1), self.spot(index + 1));
+            if let Some(bend) = self.bends.get_mut(index) {
+                bend.needed = needed;
+            }
+        }
+    }
+
+    /// Finds how each of these doors is joined to the one before, and the goal to the last, as far as that is not
+    /// known. Doors that cannot be joined or have no room are taken out; `false` when none is left.
+    fn join_doors(&self, doors: &mut heapless::Vec<Door, N>, last: &mut Option<Join>) -> bool {
         let goal = self.bends.len().saturating_sub(1);
-        let (mut from, mut first) = (self.start, 0);
-        for index in 0..=doors.len() {
-            let door = doors.get(index);
-            let (to, last) = door.map_or((self.spot(goal), goal), |door| (door.middle, door.before));
-            if !self.clearance.is_clear(from, to) {
-                // As few of the old bends as it takes to see the first and be seen from the last.
-                let seen = (first..last)
-                    .rev()
-                    .find(|&i| self.clearance.is_clear(from, self.spot(i)))
-                    .ok_or(index)?;
-                let end = (seen..last).find(|&i| self.clearance.is_clear(self.spot(i), to)).ok_or(index)?;
-                for i in seen..=end {
-                    bends.push(Bend::at(self.spot(i))).map_err(|_| index)?;
+        let mut index = 0;
+        // Of the doors up to `index`, their bends.
+        let mut size = 0;
+        let mut sight = Sight::default();
+        while !doors.is_empty() && index <= doors.len() {
+            let before = index.checked_sub(1).and_then(|before| doors.get(before));
+            let (from, first) = before.map_or((self.start, 0), |door| (door.middle, door.before));
+            let door = doors.get_mut(index);
+            let (to, end) = door.as_ref().map_or((self.spot(goal), goal), |door| (door.middle, door.before));
+            let join = door.map_or(&mut *last, |door| &mut door.join);
+            if join.is_none() {
+                *join = self.join(from, to, first..end, &mut sight);
+            }
+            match *join {
+                Some(join) if size + join.size() <= N => {
+                    size += join.size();
+                    index += 1;
+                    sight = Sight::default();
+                }
+                _ => {
+                    if index == doors.len() {
+                        // The goal is not in reach of the last door.
+                        index -= 1;
+                        size -= doors.last().and_then(|door| door.join).map_or(0, |join| join.size());
+                        sight = Sight::default();
+                    }
+                    take_out(doors, index, last);
                 }
             }
-            bends.push(Bend { door: door.is_some(), ..Bend::at(to) }).map_err(|_| index)?;
-            (from, first) = (to, last);
         }
-        Ok(bends)
+        !doors.is_empty()
+    }
+
+    /// How one place is joined to another over bends that are between them; `None` where it cannot be.
+    fn join(
+        &self,
+        from: Spot,
+        to: Spot,
+        between: core::ops::Range<usize>,
+        sight: &mut Sight,
+    ) -> Option<Join> {
+        if self.clearance.is_clear(from, to) {
+            return Some(Join::Straight);
+        }
+        // As few of the old bends as it takes to see the first and be seen from the last.
+        let new = between.start.max(sight.until)..between.end;
+        let seen = new.rev().find(|&i| self.clearance.is_clear(from, self.spot(i))).or(sight.seen);
+        *sight = Sight { until: between.end, seen };
+        let end = (seen?..between.end).find(|&i| self.clearance.is_clear(self.spot(i), to))?;
+        Some(Join::Over(seen?, end))
+    }
+
+    /// The way through all of these doors, each joined to the one before as told, and the goal likewise. There is room.
+    fn through(&self, doors: &[Door], last: Option<Join>) -> heapless::Vec<Bend, N> {
+        let mut bends = heapless::Vec::new();
+        let goal = Bend::at(self.spot(self.bends.len()));
+        let middles = doors.iter().map(|door| (door.join, Bend { door: true, ..Bend::at(door.middle) }));
+        for (join, to) in middles.chain([(last, goal)]) {
+            if let Some(Join::Over(seen, end)) = join {
+                for (index, bend) in self.bends.iter().enumerate().take(end + 1).skip(seen) {
+                    let needed = bend.needed && seen < index && index < end;
+                    let _ = bends.push(Bend { needed, ..Bend::at(bend.spot) });
+                }
+            }
+            let _ = bends.push(to);
+        }
+        bends
     }
 
     /// Which of the doors on the way makes it longest, counted from the start.
@@ -292,7 +389,7 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
         let goal = self.spot(self.bends.len());
         if middle.distance_to(self.start) > near && middle.distance_to(goal) > near {
             // More doors than checkpoints: the later ones go without.
-            let _ = doors.push(Door { before: narrow.before, middle });
+            let _ = doors.push(Door { before: narrow.before, middle, join: None });
         }
     }
 
@@ -305,6 +402,15 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
         let width = one.distance_to(other);
         (width <= widest).then(|| (width, one.towards(other, 0.5)))
     }
+}
+
+/// Takes a door out, so that what comes after it is to be joined anew: the next door, or the goal, whose join is
+/// `last`.
+fn take_out<const N: usize>(doors: &mut heapless::Vec<Door, N>, index: usize, last: &mut Option<Join>) {
+    if index < doors.len() {
+        doors.remove(index);
+    }
+    *doors.get_mut(index).map_or(last, |door| &mut door.join) = None;
 }
 
 /// A narrow stretch of the way.

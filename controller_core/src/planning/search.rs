@@ -25,9 +25,10 @@ use super::workspace::Workspace;
 /// Chosen because it leaves maps of few corners what they are, the shortest way; and where thousands of nodes are
 /// shorter than the way, it is because the way is so crooked that the straight rest says little, and a search that
 /// trusts it more loses little: at most 4 % on maps of 512 x 512 cells of which 10 to 40 % were blocked, for a third
-/// of the time.
+/// of the time, with up to 1.15; with up to 1.3 another 0.4 % on average and 2.4 % at most where 30 % were blocked, for
+/// half of the time of the slowest searches. More than that saves little.
 const HASTE_STEP: f32 = 0.15 / 4000.0;
-const HASTE_MAX: f32 = 1.15;
+const HASTE_MAX: f32 = 1.3;
 
 /// Start or goal, and how it is tied to the lattice.
 #[derive(Clone, Copy, Debug)]
@@ -44,11 +45,9 @@ pub(super) struct Terminal {
 struct Node<I> {
     /// Length of the way to the goal; a lower bound while not tested.
     cost: f32,
-    /// Cost and straight distance to the start: the order of the queue.
-    key: f32,
     /// The next node on the way to the goal, always a bend; while not tested, the node that offered the cost.
     parent: I,
-    /// Where in the queue, or [`Numbers::SETTLED`] or [`Numbers::UNSEEN`]; with [`Numbers::TESTED`].
+    /// Where in the queue, or [`Numbers::UNSEEN`]; with [`Numbers::TESTED`].
     state: I,
 }
 
@@ -62,23 +61,18 @@ impl<I: Index> Numbers<I> {
     const TESTED: u32 = I::NONE / 2 + 1;
     /// [`Index::UNSEEN`].
     const UNSEEN: u32 = Self::TESTED - 1;
-    const SETTLED: u32 = Self::TESTED - 2;
 }
 
 impl<I: Index> Node<I> {
-    const NEW: Self = Self { cost: f32::INFINITY, key: f32::INFINITY, parent: I::LAST, state: I::UNSEEN };
+    const NEW: Self = Self { cost: f32::INFINITY, parent: I::LAST, state: I::UNSEEN };
 
     fn is_tested(&self) -> bool {
         self.state.get() & Numbers::<I>::TESTED != 0
     }
 
-    /// Place in the queue, or one of the numbers of no place.
+    /// Place in the queue, or the number of no place.
     fn position(&self) -> u32 {
         self.state.get() & !Numbers::<I>::TESTED
-    }
-
-    fn is_settled(&self) -> bool {
-        self.position() == Numbers::<I>::SETTLED
     }
 
     fn set(&mut self, position: u32, tested: bool) {
@@ -89,13 +83,17 @@ impl<I: Index> Node<I> {
 /// Scratch of the search.
 pub(super) struct Search<I, const PASSAGES: usize> {
     nodes: [[Node<I>; 2]; PASSAGES],
-    /// Binary heap of nodes, least key first.
+    /// Which of both nodes of an entry are settled, as bits: asked so often that it should be close together.
+    settled: [u8; PASSAGES],
+    /// Binary heap of nodes, least key first,
     queue: [[I; 2]; PASSAGES],
+    /// and their keys: cost and straight distance to the start.
+    keys: [[f32; 2]; PASSAGES],
     queued: usize,
     /// Cost and parent of the start.
     found: (f32, u32),
     /// How many nodes are settled.
-    pub settled: usize,
+    pub settled_count: usize,
     /// What the rest of the way counts in the keys of the queue.
     haste: f32,
 }
@@ -214,8 +212,8 @@ impl<W: Workspace, I: Index, const CELLS: usize, const PASSAGES: usize> Problem<
     }
 }
 
-/// Bends that are not in straight reach.
-type Blocked = heapless::Vec<u32, 8>;
+/// Ways that a node may be joined by straight.
+type Straights = heapless::Vec<Best, 32>;
 
 /// Length of a way; infinite when there is none.
 fn length(bends: &Bends) -> f32 {
@@ -225,12 +223,22 @@ fn length(bends: &Bends) -> f32 {
     bends.iter().zip(bends.iter().skip(1)).map(|(a, b)| a.distance_to(*b)).sum()
 }
 
-/// What a node can be reached by best: key, cost and parent.
+/// What a node can be reached by: key, cost and parent.
 #[derive(Clone, Copy)]
 struct Best {
     key: f32,
     cost: f32,
     parent: u32,
+    /// Of equal keys the first counts.
+    order: u32,
+}
+
+impl Best {
+    const NONE: Self = Self { key: f32::INFINITY, cost: f32::INFINITY, parent: u32::MAX, order: u32::MAX };
+
+    fn is_before(&self, other: &Self) -> bool {
+        self.key < other.key || self.key <= other.key && self.order < other.order
+    }
 }
 
 impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
@@ -240,50 +248,58 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
     pub const fn new() -> Self {
         Self {
             nodes: [[Node::NEW; 2]; PASSAGES],
+            settled: [0; PASSAGES],
             queue: [[I::LAST; 2]; PASSAGES],
+            keys: [[f32::INFINITY; 2]; PASSAGES],
             queued: 0,
             found: (f32::INFINITY, 0),
-            settled: 0,
+            settled_count: 0,
             haste: 1.0,
         }
     }
 
-    /// Whether the goal can be reached from the start; then [`Search::walk`] says how.
+    /// Begins a search.
+    pub fn begin<W: Workspace, const CELLS: usize>(&mut self, problem: &Problem<'_, W, I, CELLS, PASSAGES>) {
+        let entries = problem.map.passages.len();
+        self.nodes.iter_mut().take(entries).for_each(|pair| *pair = [Node::NEW; 2]);
+        self.settled.iter_mut().take(entries).for_each(|settled| *settled = 0);
+        self.haste = 1.0;
+        self.queued = 0;
+        self.settled_count = 0;
+        self.found = (f32::INFINITY, I::NONE);
+        self.expand(problem, Self::GOAL);
+    }
+
+    /// Whether the goal can be reached from the start; then [`Search::walk`] says how. `None` when so many nodes are
+    /// settled that it is not known yet, to be called again: entries may be taken from the map meanwhile.
     pub fn run<W: Workspace, const CELLS: usize>(
         &mut self,
         problem: &Problem<'_, W, I, CELLS, PASSAGES>,
-    ) -> bool {
-        for pair in self.nodes.iter_mut().take(problem.map.passages.len()) {
-            *pair = [Node::NEW; 2];
-        }
-        self.haste = 1.0;
-        self.queued = 0;
-        self.settled = 0;
-        self.found = (f32::INFINITY, I::NONE);
-        self.expand(problem, Self::GOAL);
+        most: usize,
+    ) -> Option<bool> {
         // Each round settles a node or tests one; a node is tested again only when a settled one offered better.
-        while let Some(node) = self.pop() {
+        while self.settled_count < most {
+            let next = self.pop().filter(|next| next.1 < self.found.0);
+            let Some((node, _)) = next else { return Some(self.found.0 < f32::INFINITY) };
             let entry = self.node(node);
-            if entry.key >= self.found.0 {
-                break;
-            }
             if entry.is_tested() {
                 self.expand(problem, node);
                 continue;
             }
             let best = self.best_parent(problem, node);
             if let Some(entry) = self.node_mut(node) {
-                (entry.cost, entry.key, entry.parent) = (best.cost, best.key, I::of(best.parent));
+                (entry.cost, entry.parent) = (best.cost, I::of(best.parent));
                 entry.set(Numbers::<I>::UNSEEN, true);
             }
-            // What no bend reaches straight may be offered again. What is as good as was thought is still the first.
-            if best.cost <= entry.cost {
+            // What no bend reaches straight may be offered again. What is as good as was thought is still the first,
+            // and so is what is better than all that is in the queue.
+            if best.cost <= entry.cost || best.key < self.found.0 && self.is_first(node, best.key) {
                 self.expand(problem, node);
             } else if best.key < f32::INFINITY {
-                self.push(node);
+                self.push(node, best.key);
             }
         }
-        self.found.0 < f32::INFINITY
+        None
     }
 
     /// Calls `visit` with each bend from start to goal, the start left out.
@@ -311,34 +327,37 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
         problem: &Problem<'_, W, I, CELLS, PASSAGES>,
         node: u32,
     ) {
-        if let Some(entry) = self.node_mut(node) {
-            entry.set(Numbers::<I>::SETTLED, true);
+        if let Some(settled) = self.settled.get_mut(place(node / 2)) {
+            *settled |= 1 << (node % 2);
         }
-        self.settled += 1;
+        self.settled_count += 1;
         self.haste = (self.haste + HASTE_STEP).min(HASTE_MAX);
         let root = self.root(node);
         let (cost, from) = (self.cost(root), problem.spot(root));
         for cell in problem.cells(node).into_iter().filter(|&cell| cell != I::NONE) {
-            for (entry, passage) in problem.map.entries_of(cell) {
-                let bend = passage.bend();
-                if passage.can_be_taut(from.x - bend.x, from.y - bend.y, problem.clearance.reach) {
+            for entry in problem.map.entries_of(cell) {
+                let settled = self.settled_of(entry);
+                let Some(passage) = problem.map.passage(entry).filter(|_| settled != 3) else { continue };
+                let (bend, reach) = (passage.bend(), problem.clearance.reach);
+                // One jump, since each by itself would mostly be mispredicted.
+                let is_taut = passage.can_be_taut(from.x - bend.x, from.y - bend.y, reach);
+                let is_shorter = cost + from.distance_to(bend) < self.node(2 * entry).cost;
+                if (settled & 1 == 0) & is_taut & is_shorter {
                     self.offer(problem, root, 2 * entry, cost, (from, bend));
                 }
-                if passage.is_wide() {
-                    let crossing = passage.crossing(from, problem.start.spot);
+                if settled & 2 == 0 && passage.is_wide() {
+                    let crossing = passage.crossing(bend.x, from, problem.start.spot);
                     self.offer(problem, root, 2 * entry + 1, cost, (from, crossing));
                 }
             }
             if cell == problem.start.cell {
-                let (key, parent) = self.found;
-                let mut best = Best { key, cost: key, parent };
-                self.try_all(problem, cell, Self::START, node, &mut best, &mut Blocked::new());
-                self.found = (best.cost, best.parent);
+                self.try_start(problem, cell, node);
             }
         }
     }
 
-    /// Offers a node `to` the way over a settled bend `root`, whose cost is given, with the ends of the straight piece.
+    /// Offers a node `to` that is not settled the way over a settled bend `root`, whose cost is given, with the ends
+    /// of the straight piece. A bend must not be known to have a shorter one.
     fn offer<W: Workspace, const CELLS: usize>(
         &mut self,
         problem: &Problem<'_, W, I, CELLS, PASSAGES>,
@@ -348,20 +367,36 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
         (from, spot): (Spot, Spot),
     ) {
         let entry = self.node(to);
-        if entry.is_settled() {
-            return;
-        }
         let cost = cost + from.distance_to(spot);
-        if is_bend::<I>(to) && cost >= entry.cost {
-            return;
-        }
         let key = cost + self.haste * spot.distance_to(problem.start.spot);
-        if key < entry.key {
+        if key < self.key_at(entry.position()) {
             if let Some(entry) = self.node_mut(to) {
-                (entry.cost, entry.key, entry.parent) = (cost, key, I::of(root));
+                (entry.cost, entry.parent) = (cost, I::of(root));
                 entry.set(entry.position(), false);
             }
-            self.push(to);
+            self.push(to, key);
+        }
+    }
+
+    /// Takes the way from the start over a settled node of its cell if that is better: straight to it or, through a
+    /// passage, to the bend before; or along the core.
+    fn try_start<W: Workspace, const CELLS: usize>(
+        &mut self,
+        problem: &Problem<'_, W, I, CELLS, PASSAGES>,
+        cell: u32,
+        node: u32,
+    ) {
+        let (start, root) = (problem.start.spot, self.root(node));
+        let to = problem.spot(root);
+        let cost = self.cost(root) + to.distance_to(start);
+        if cost < self.found.0 && problem.clearance.is_clear(start, to) {
+            self.found = (cost, root);
+        }
+        if is_bend::<I>(node) {
+            let cost = self.cost(node) + problem.core_length(cell, Self::START, node);
+            if cost < self.found.0 {
+                self.found = (cost, node);
+            }
         }
     }
 
@@ -371,87 +406,65 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
         problem: &Problem<'_, W, I, CELLS, PASSAGES>,
         node: u32,
     ) -> Best {
-        let mut best = Best { key: f32::INFINITY, cost: f32::INFINITY, parent: I::NONE };
-        let mut blocked = Blocked::new();
+        let Some(passage) = problem.map.passage(node / 2) else { return Best::NONE };
+        let (start, bend) = (problem.start.spot, passage.bend());
+        let is_bend = is_bend::<I>(node);
+        // Where the way over a bend leaves from.
+        let leaving = |to| if is_bend { bend } else { passage.crossing(bend.x, to, start) };
+        let rest = self.haste * bend.distance_to(start);
+        let straight = |root: u32, order: u32| {
+            let to = problem.spot(root);
+            let spot = leaving(to);
+            let length = to.distance_to(spot);
+            let cost = self.cost(root) + length;
+            let rest = if is_bend { rest } else { self.haste * spot.distance_to(start) };
+            (Best { key: cost + rest, cost, parent: root, order }, length)
+        };
+        let is_clear = |root: u32| {
+            let to = problem.spot(root);
+            problem.clearance.is_clear(leaving(to), to)
+        };
         // Nothing settled offered less: if that is clear, it is the best.
-        self.try_straight(problem, node, self.node(node).parent.get(), &mut best, &mut blocked);
-        if best.key < f32::INFINITY {
-            return best;
+        let first = self.node(node).parent.get();
+        if is_clear(first) {
+            return straight(first, 0).0;
         }
-        for cell in problem.cells(node).into_iter().filter(|&cell| cell != I::NONE) {
-            if cell == problem.goal.cell {
-                self.try_all(problem, cell, node, Self::GOAL, &mut best, &mut blocked);
+        let mut best = Best::NONE;
+        let mut straights = Straights::new();
+        let mut order = 0;
+        let mut consider = |cell: u32, candidate: u32| {
+            let root = self.root(candidate);
+            let (way, length) = straight(root, order);
+            if root != first && way.is_before(&best) && straights.iter().all(|other| other.parent != root) {
+                if straights.is_full() {
+                    best = best_of(best, &mut straights, is_clear);
+                }
+                let _ = straights.push(way);
             }
-            for (entry, passage) in problem.map.entries_of(cell) {
-                for other in (2 * entry..).take(if passage.is_wide() { 2 } else { 1 }) {
-                    if other != node && self.node(other).is_settled() {
-                        self.try_all(problem, cell, node, other, &mut best, &mut blocked);
+            // Along the core it is no shorter than straight, but for rounding.
+            if is_bend && root == candidate && self.cost(root) + 0.999 * length + rest <= best.key {
+                let cost = self.cost(root) + problem.core_length(cell, node, root);
+                let core = Best { key: cost + rest, cost, parent: root, order: order + 1 };
+                if core.is_before(&best) {
+                    best = core;
+                }
+            }
+            order += 2;
+        };
+        for cell in passage.cells().into_iter().filter(|&cell| cell != I::NONE) {
+            if cell == problem.goal.cell {
+                consider(cell, Self::GOAL);
+            }
+            for entry in problem.map.entries_of(cell) {
+                let settled = self.settled_of(entry);
+                for other in [2 * entry, 2 * entry + 1] {
+                    if settled >> (other % 2) & 1 != 0 && other != node {
+                        consider(cell, other);
                     }
                 }
             }
         }
-        best
-    }
-
-    /// Takes the way from `node` over a settled `candidate` of one of its cells if that is better: straight to it or,
-    /// through a passage, to the bend before; or along the core.
-    fn try_all<W: Workspace, const CELLS: usize>(
-        &self,
-        problem: &Problem<'_, W, I, CELLS, PASSAGES>,
-        cell: u32,
-        node: u32,
-        candidate: u32,
-        best: &mut Best,
-        blocked: &mut Blocked,
-    ) {
-        self.try_straight(problem, node, self.root(candidate), best, blocked);
-        if is_bend::<I>(candidate) && is_bend::<I>(node) {
-            self.try_core(problem, cell, node, candidate, best);
-        }
-    }
-
-    /// Takes the way from `node` straight to a bend, if that is better and clear.
-    fn try_straight<W: Workspace, const CELLS: usize>(
-        &self,
-        problem: &Problem<'_, W, I, CELLS, PASSAGES>,
-        node: u32,
-        bend: u32,
-        best: &mut Best,
-        blocked: &mut Blocked,
-    ) {
-        let to = problem.spot(bend);
-        let spot = if is_bend::<I>(node) {
-            problem.spot(node)
-        } else {
-            problem.map.passage(node / 2).map_or(to, |passage| passage.crossing(to, problem.start.spot))
-        };
-        let cost = self.cost(bend) + to.distance_to(spot);
-        let key = cost + self.haste * spot.distance_to(problem.start.spot);
-        if key >= best.key || blocked.contains(&bend) {
-            return;
-        }
-        if problem.clearance.is_clear(spot, to) {
-            *best = Best { key, cost, parent: bend };
-        } else {
-            // Neighbours mostly share their next bend. Beyond the room of the list it is tested again.
-            let _ = blocked.push(bend);
-        }
-    }
-
-    /// Takes the way from a bend to another along the core of their cell, if that is better.
-    fn try_core<W: Workspace, const CELLS: usize>(
-        &self,
-        problem: &Problem<'_, W, I, CELLS, PASSAGES>,
-        cell: u32,
-        node: u32,
-        candidate: u32,
-        best: &mut Best,
-    ) {
-        let cost = self.cost(candidate) + problem.core_length(cell, node, candidate);
-        let key = cost + self.haste * problem.spot(node).distance_to(problem.start.spot);
-        if key < best.key {
-            *best = Best { key, cost, parent: candidate };
-        }
+        best_of(best, &mut straights, is_clear)
     }
 
     /// The bend that what is beyond a settled node can be joined to: itself or, through a passage, the one before.
@@ -476,14 +489,29 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
         self.nodes.get_mut(place(node / 2)).map(|pair| &mut pair[place(node % 2)])
     }
 
-    fn queue_at(&self, position: usize) -> u32 {
-        self.queue.get(position / 2).map_or(I::NONE, |pair| pair[position % 2].get())
+    /// Which of the two nodes of an entry are settled, as bits.
+    fn settled_of(&self, entry: u32) -> u8 {
+        self.settled.get(place(entry)).copied().unwrap_or(0)
     }
 
-    /// Writes a node into a place of the queue.
-    fn place(&mut self, position: usize, node: u32) {
-        if let Some(pair) = self.queue.get_mut(position / 2) {
-            pair[position % 2] = I::of(node);
+    /// Node and key at a place in the queue.
+    fn queue_at(&self, position: usize) -> (u32, f32) {
+        let node = self.queue.as_flattened().get(position).map_or(I::NONE, |node| node.get());
+        (node, self.keys.as_flattened().get(position).copied().unwrap_or(f32::INFINITY))
+    }
+
+    /// The key at a node's place in the queue; infinite where it is in none.
+    fn key_at(&self, position: u32) -> f32 {
+        if position == Numbers::<I>::UNSEEN { f32::INFINITY } else { self.queue_at(place(position)).1 }
+    }
+
+    /// Writes a node with its key into a place of the queue.
+    fn place(&mut self, position: usize, (node, key): (u32, f32)) {
+        if let Some(entry) = self.queue.as_flattened_mut().get_mut(position) {
+            *entry = I::of(node);
+        }
+        if let Some(entry) = self.keys.as_flattened_mut().get_mut(position) {
+            *entry = key;
         }
         let position = number(position);
         if let Some(entry) = self.node_mut(node) {
@@ -491,16 +519,15 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
         }
     }
 
-    /// Order of the queue; ties go to the lower node number, so that a plan does not depend on history.
-    fn before(&self, a: u32, b: u32) -> bool {
-        let (a_key, b_key) = (self.node(a).key, self.node(b).key);
-        a_key < b_key || (a_key <= b_key && a < b)
+    /// Whether a node that is not in the queue would be its first.
+    fn is_first(&self, node: u32, key: f32) -> bool {
+        self.queued == 0 || before((node, key), self.queue_at(0))
     }
 
     /// Puts a node into the queue, or moves it up after its key fell.
-    fn push(&mut self, node: u32) {
+    fn push(&mut self, node: u32, key: f32) {
         let position = self.node(node).position();
-        let mut position = if position == Numbers::<I>::UNSEEN || position == Numbers::<I>::SETTLED {
+        let mut position = if position == Numbers::<I>::UNSEEN {
             self.queued += 1;
             self.queued - 1
         } else {
@@ -509,42 +536,68 @@ impl<I: Index, const PASSAGES: usize> Search<I, PASSAGES> {
         while position > 0 {
             let above = (position - 1) / 2;
             let other = self.queue_at(above);
-            if !self.before(node, other) {
+            if !before((node, key), other) {
                 break;
             }
             self.place(position, other);
             position = above;
         }
-        self.place(position, node);
+        self.place(position, (node, key));
     }
 
-    /// Takes the first node out of the queue.
-    fn pop(&mut self) -> Option<u32> {
+    /// Takes the first node out of the queue, with its key.
+    fn pop(&mut self) -> Option<(u32, f32)> {
         self.queued = self.queued.checked_sub(1)?;
         let first = self.queue_at(0);
         let last = self.queue_at(self.queued);
         let mut position = 0;
         loop {
-            let mut below = 2 * position + 1;
+            let below = 2 * position + 1;
             if below >= self.queued {
                 break;
             }
-            if below + 1 < self.queued && self.before(self.queue_at(below + 1), self.queue_at(below)) {
-                below += 1;
-            }
-            let other = self.queue_at(below);
-            if !self.before(other, last) {
+            let (left, right) = (self.queue_at(below), self.queue_at(below + 1));
+            // What is behind the queue's end does not count. Chosen without a jump, which would mostly be mispredicted.
+            let is_right = (below + 1 < self.queued) & before(right, left);
+            let other = if is_right { right } else { left };
+            if !before(other, last) {
                 break;
             }
             self.place(position, other);
-            position = below;
+            position = below + usize::from(is_right);
         }
         self.place(position, last);
-        if let Some(entry) = self.node_mut(first) {
+        if let Some(entry) = self.node_mut(first.0) {
             entry.set(Numbers::<I>::UNSEEN, entry.is_tested());
         }
         Some(first)
     }
+}
+
+/// Order of the queue; ties go to the lower node number, so that a plan does not depend on history.
+fn before((a, a_key): (u32, f32), (b, b_key): (u32, f32)) -> bool {
+    (a_key < b_key) | ((a_key <= b_key) & (a < b))
+}
+
+/// The best of what is known and those of the straight ways that are clear; none is left. Tested from the best on, so
+/// that few are.
+fn best_of(known: Best, straights: &mut Straights, is_clear: impl Fn(u32) -> bool) -> Best {
+    loop {
+        let mut best = (known, None);
+        for (index, way) in straights.iter().enumerate() {
+            if way.is_before(&best.0) {
+                best = (*way, Some(index));
+            }
+        }
+        let (way, Some(index)) = best else { break };
+        if is_clear(way.parent) {
+            straights.clear();
+            return way;
+        }
+        straights.swap_remove(index);
+    }
+    straights.clear();
+    known
 }
 
 /// Whether a node is a bend: start, goal, or a corner.

@@ -3,6 +3,8 @@ extern crate std;
 
 use std::vec::Vec;
 
+use super::clearance::{Clearance, Spot};
+use super::search::{Problem, Terminal};
 use super::{BitGrid, Footprint, GridError, PlanError, Planner, Workspace};
 use crate::scalar::{Fixed, Scalar};
 use crate::units::Point;
@@ -210,6 +212,66 @@ fn random_worlds_agree_with_the_reference() {
     }
 }
 
+/// Length of the way that the search finds, and how many entries the cells have.
+fn search(
+    planner: &mut Large,
+    clearance: &Clearance<'_, World>,
+    ends: [Terminal; 2],
+) -> (Option<f32>, usize) {
+    let [start, goal] = ends;
+    let problem = Problem { clearance, map: &planner.map, start, goal };
+    planner.search.begin(&problem);
+    let found = planner.search.run(&problem, usize::MAX) == Some(true);
+    let (mut from, mut length) = (start.spot, 0.0);
+    let walk = planner.search.walk(&problem, |spot| {
+        length += from.distance_to(spot);
+        from = spot;
+        Ok::<_, ()>(())
+    });
+    assert!(walk.is_ok());
+    let cells = 0..u32::try_from(planner.cell_count()).unwrap();
+    (found.then_some(length), cells.map(|cell| planner.map.entries_of(cell).count()).sum())
+}
+
+type Large = Planner<2048, 8192>;
+
+#[test]
+fn no_way_is_longer_without_the_parts_that_it_would_leave_as_it_came() {
+    let mut planner = std::boxed::Box::new(Large::new());
+    let (mut entries, mut ways) = ([0, 0], 0);
+    for seed in 0..150 {
+        let mut random = Random::new(seed);
+        let mut world = World::empty(50, 50);
+        for (column, row) in (0..50).flat_map(|column| (0..50).map(move |row| (column, row))) {
+            world.fill(column..column + 1, row..row + 1, random.between(0, 99) >= 36);
+        }
+        let places = [(); 2].map(|()| (random.between(0, 49), random.between(0, 49)));
+        if places[0] == places[1] || !places.iter().all(|&(column, row)| world.is_free(column, row)) {
+            continue;
+        }
+        let anchors = places.map(|(column, row)| (4 * i32::from(column) + 2, 4 * i32::from(row) + 2));
+        let clearance = Clearance::new(&world, 1.4);
+        let cells = planner.map.build(&clearance, anchors).unwrap();
+        let ends = [0, 1].map(|end| {
+            let spot = Spot::lattice(anchors[end].0, anchors[end].1);
+            Terminal { spot, anchor: spot, cell: cells[end] }
+        });
+        let (before, all) = search(&mut planner, &clearance, ends);
+        planner.map.leave_out_loops(cells);
+        let (after, left) = search(&mut planner, &clearance, ends);
+        match (before, after) {
+            (Some(before), Some(after)) => {
+                assert!(after <= 1.001 * before, "seed {seed}: {after} after {before}");
+                entries = [entries[0] + all, entries[1] + left];
+                ways += 1;
+            }
+            (before, after) => assert_eq!((after, left), (before, 0), "seed {seed}"),
+        }
+    }
+    assert!(ways >= 20, "only {ways} ways");
+    assert!(4 * entries[1] < 3 * entries[0], "little is left out: of {entries:?}");
+}
+
 #[test]
 fn both_scalars_give_the_same_plan() {
     for seed in 0..30 {
@@ -277,6 +339,11 @@ impl Workspace for Odd {
     fn next_wall(&self, _: u16, _: u16) -> u16 {
         0
     }
+
+    /// Lies: other walls whenever asked from another row, and none above the raster.
+    fn walls(&self, column: u16, row: u16) -> u64 {
+        1 | u64::from(column).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(u32::from(row))
+    }
 }
 
 #[test]
@@ -322,6 +389,9 @@ fn a_bit_grid_answers_like_the_raster_it_copies() {
         for row in 0..61 {
             assert_eq!(grid.is_free(column, row), world.is_free(column, row));
             assert_eq!(grid.next_wall(column, row), world.next_wall(column, row), "{column} {row}");
+        }
+        for row in 0..70 {
+            assert_eq!(grid.walls(column, row), world.walls(column, row), "{column} {row}");
         }
     }
     assert_eq!(grid.set_free(50, 0, true), Err(GridError::Outside { column: 50, row: 0 }));
