@@ -169,7 +169,7 @@ fn compare<S: Scalar>(pair: &mut Pair<S>) -> Compared {
     let p = &pair.p;
     let sweep = |_: Polar<S>, _: S| S::ZERO;
     let decision =
-        neural::integrate(&pair.map, &p.neural, &p.reaching, &p.scaling, &field, &obstacles, false, sweep)
+        neural::integrate(&pair.map, &p.neural, &p.reaching, &p.scaling, &field, &obstacles, None, sweep)
             .unwrap();
 
     let s = localise(&pair.neurons, &pair.widths, place_of(target));

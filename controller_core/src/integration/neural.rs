@@ -354,7 +354,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
 
 #[cfg(test)]
 mod tests {
-    use super::{NeuralParameters, RANKED, activity, integrate};
+    use super::{NeuralParameters, RANKED, activity, backwards, integrate, reversal};
     use crate::config::Config;
     use crate::kohonen::features::Features;
     use crate::kohonen::lattice::NeuronIndex;
@@ -422,5 +422,67 @@ mod tests {
     fn the_best_of_all_wins_in_whatever_order_they_are_judged() {
         check::<f32>();
         check::<Fixed>();
+    }
+
+    fn check_retreat<S: Scalar>() {
+        let s = S::from_f32;
+        let p = Config::default().build::<S, 12>().unwrap();
+        let reaching = ReachingParameters {
+            winner: crate::kohonen::map::WinnerParameters { eligible: Eligible::All, ..p.reaching.winner },
+            ..p.reaching
+        };
+        let mut map = Map::<S, ControlMatrix<S::Weight>, 15, 15>::regular();
+        for column in 0..15 {
+            for row in 0..15 {
+                let index = NeuronIndex::new(column, row);
+                let mut neuron = *map.neuron(index);
+                let (half, one) = (S::HALF.to_weight(), S::ONE.to_weight());
+                neuron.output = ControlMatrix { left: [(-S::HALF).to_weight(), one], right: [half, one] };
+                map.set_neuron(index, neuron, true);
+            }
+        }
+        let obstacles = ObstacleField::<S, 15, 15>::EMPTY;
+        let target = Features { bearing: S::ZERO, distance: S::ONE };
+        let field =
+            TargetField::localise(&map, Approach::plain(&p.neural.target), &reaching, target).unwrap();
+        // Whatever does not lead back by half a reach is met by something.
+        let far = p.scaling.reach_m() * S::HALF;
+        let sweep =
+            |place: Polar<S>, _: S| if place.distance_m < -far { S::ZERO } else { s(3.0) + place.distance_m };
+        let decide = |pressed| {
+            integrate(&map, &p.neural, &reaching, &p.scaling, &field, &obstacles, pressed, sweep).unwrap()
+        };
+        let fast =
+            |command: crate::kohonen::features::Command<S>| (command.left + command.right).to_f32() < -0.5;
+        let decision = decide(Some(S::ZERO));
+        assert!(fast(decision.command), "{}: {decision:?}", S::NAME);
+        assert_eq!(decision.pressed, Some(S::ZERO));
+        // Where nothing moves, the map's own steps must do.
+        let decision = decide(None);
+        assert!(!fast(decision.command), "{}: {decision:?}", S::NAME);
+    }
+
+    #[test]
+    fn what_is_pressed_goes_back_though_the_map_hardly_does() {
+        check_retreat::<f32>();
+        check_retreat::<Fixed>();
+    }
+
+    #[test]
+    fn a_step_ahead_is_mirrored_and_turning_back_costs() {
+        let ahead = Features { bearing: 0.3_f32, distance: 0.8 };
+        let back = backwards(ahead).unwrap();
+        assert_eq!((back.place.bearing, back.place.distance, back.haste), (-0.3, -0.8, -1.0));
+        assert_eq!(backwards(back.place), None, "what is behind is not ahead");
+        for (pressed, place, costs) in [
+            (None, back.place, false),
+            (Some(0.5), ahead, false),
+            (Some(0.5), back.place, true),
+            (Some(-0.5), ahead, true),
+            (Some(0.0), ahead, false),
+            (Some(0.5), Features { distance: -0.05, ..ahead }, false),
+        ] {
+            assert_eq!(reversal(pressed, place) > 0.0, costs, "{pressed:?} {place:?}");
+        }
     }
 }

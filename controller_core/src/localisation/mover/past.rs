@@ -94,3 +94,44 @@ impl<S: Scalar, const SENSORS: usize, const TRACKS: usize> Past<S, SENSORS, TRAC
         *self = Self::NONE;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{PER_TRACK, Past};
+    use crate::scalar::{Fixed, Scalar};
+    use crate::sensing::proximity::{ProximityParameters, Scan};
+    use crate::units::{Point, Pose};
+
+    const TRACKS: usize = 6;
+
+    fn check<S: Scalar>() {
+        let s = S::from_f32;
+        let ring = ProximityParameters { body_radius_m: s(0.025), range_m: s(0.175) };
+        let mut scan = Scan::<S, 12>::EMPTY;
+        // 10 cm ahead of a robot that looks along y.
+        scan.range_m[0] = Some(s(0.075));
+        let pose = Pose { x_m: S::ONE, y_m: S::ZERO, heading_rad: s(core::f32::consts::FRAC_PI_2) };
+        let (there, beside) = (Point { x_m: S::ONE, y_m: s(0.1) }, Point { x_m: S::ONE, y_m: s(0.15) });
+        let mut past = Past::<S, 12, TRACKS>::NONE;
+        let seen = |past: &Past<S, 12, TRACKS>, at| past.has_seen(&ring, at, s(0.128));
+        for scans in 1..=40 {
+            past.keep(&ring, &scan, pose);
+            // Six scans of 128 ms are too young, and only so many are kept.
+            let old = scans.min(PER_TRACK * TRACKS).saturating_sub(6);
+            assert_eq!(seen(&past, there), old, "{}: {scans}", S::NAME);
+            assert_eq!(seen(&past, beside), 0, "{}: {scans}", S::NAME);
+        }
+        for _ in 0..PER_TRACK * TRACKS {
+            past.keep(&ring, &Scan::EMPTY, pose);
+        }
+        assert_eq!(seen(&past, there), 0, "it has gone");
+        past.clear();
+        assert_eq!(past, Past::NONE);
+    }
+
+    #[test]
+    fn what_stood_long_ago_is_known_for_a_while() {
+        check::<f32>();
+        check::<Fixed>();
+    }
+}

@@ -149,3 +149,20 @@ fn what_is_gone_is_forgotten_and_without_headway_nothing_moves() {
     let (movers, _) = follow::<f32>(0.0, 12, 0.0, crossing);
     assert_eq!(movers, Movers::NONE);
 }
+
+#[test]
+fn a_disc_is_followed_though_a_post_stands_before_it() {
+    // A post is known; then a disc comes behind it, in the beam beside the post's and hardly farther away.
+    let at = |t: f32| (0.17 - 0.05 * (t - 1.3).max(0.0), -0.01);
+    let (movers, pose) = follow::<f32>(0.0, 22, 0.5, |t, bearing, from| {
+        let post = disc((0.105, 0.06), bearing, from);
+        let comes = disc(at(t), bearing, from).filter(|_| t > 1.3);
+        post.into_iter().chain(comes).reduce(f32::min)
+    });
+    let seen = movers.seen_from(&parameters(0.5), pose);
+    assert_eq!(seen.len(), 1, "{movers:?}");
+    let (mover, there) = (seen[0], at(21.0 * PERIOD_S));
+    let off = libm::hypotf(mover.at.x_m - there.0, mover.at.y_m - there.1);
+    // The post hides a part of the sector.
+    assert!(off < 0.04 && mover.velocity_mps.x_m < -0.01, "{off} m off: {mover:?}");
+}
