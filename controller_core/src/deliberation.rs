@@ -10,7 +10,7 @@ use heapless::Vec;
 use crate::config::{Architecture, Parameters};
 use crate::controller::{MEMORY_POINTS, MOVERS};
 use crate::integration::ways::Ways;
-use crate::integration::{command_fusion, neural, neural::Decision};
+use crate::integration::{command_fusion, neural, neural::Decision, neural::Pressed};
 use crate::kohonen::features::{Chart, Command};
 use crate::kohonen::lattice::NeuronIndex;
 use crate::kohonen::map::Map;
@@ -118,7 +118,7 @@ impl<
                 activity: S::ZERO,
                 is_target: false,
                 judged: 0,
-                pressed: None,
+                pressed: Pressed::No,
             },
         },
         scan: Scan::EMPTY,
@@ -347,9 +347,8 @@ impl<
     fn integrate_fields(&mut self, p: &Parameters<S, SENSORS>, pose: Pose<S>) -> Command<S> {
         let Some(target) = self.standing.target.value else { return Command::default() };
         let mut ways = self.ways(p, pose);
-        let before = self.standing.decision.command;
         let is_pressed = TRACKS > 0 && !ways.movers().is_empty();
-        let pressed = is_pressed.then(|| (before.left + before.right) * S::HALF);
+        let pressed = if is_pressed { Pressed::after(self.standing.decision.command) } else { Pressed::No };
         let decision = neural::integrate(
             &self.map,
             &p.neural,

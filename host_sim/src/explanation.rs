@@ -12,7 +12,7 @@ mod witness;
 use controller_core::config::Architecture;
 use controller_core::controller::{Controller, MOVERS};
 use controller_core::deliberation::{SWEEP_POINTS, speeds};
-use controller_core::integration::neural::Stride;
+use controller_core::integration::neural::{Pressed, Stride};
 use controller_core::integration::sweep::Obstacle;
 use controller_core::integration::ways::Ways;
 use controller_core::integration::{command_fusion, neural, sweep};
@@ -391,11 +391,11 @@ impl<S: Scalar> Moment<'_, S> {
 
     /// How a neuron's step is made.
     fn stride(&self, index: NeuronIndex) -> Stride<S> {
-        neural::stride(self.core.map(), index, self.pressed().is_some())
+        neural::stride(self.core.map(), index, self.pressed() != Pressed::No)
     }
 
-    /// What moved nearby, as integration was told.
-    fn pressed(&self) -> Option<S> {
+    /// Whether something moved nearby, as integration was told.
+    fn pressed(&self) -> Pressed {
         self.core.deliberation.decision().pressed
     }
 
@@ -415,7 +415,7 @@ impl<S: Scalar> Moment<'_, S> {
             })
             .collect();
         rank(&mut judged);
-        if self.pressed().is_some() && judged.first().is_some_and(|best| best.way > S::ZERO) {
+        if self.pressed() != Pressed::No && judged.first().is_some_and(|best| best.way > S::ZERO) {
             let backwards =
                 |(index, place)| neural::backwards(place).map(|stride: Stride<S>| (index, stride));
             let backwards = places().filter_map(backwards);

@@ -168,9 +168,17 @@ fn compare<S: Scalar>(pair: &mut Pair<S>) -> Compared {
     let obstacles = pair.renewed(&detections);
     let p = &pair.p;
     let sweep = |_: Polar<S>, _: S| S::ZERO;
-    let decision =
-        neural::integrate(&pair.map, &p.neural, &p.reaching, &p.scaling, &field, &obstacles, None, sweep)
-            .unwrap();
+    let decision = neural::integrate(
+        &pair.map,
+        &p.neural,
+        &p.reaching,
+        &p.scaling,
+        &field,
+        &obstacles,
+        neural::Pressed::No,
+        sweep,
+    )
+    .unwrap();
 
     let s = localise(&pair.neurons, &pair.widths, place_of(target));
     let mut least_margin = s.margin;

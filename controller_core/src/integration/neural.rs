@@ -47,8 +47,37 @@ pub struct Decision<S> {
     pub is_target: bool,
     /// How many candidates had their way checked.
     pub judged: u16,
-    /// Something moved nearby: the mean of both wheels' commands before this one.
-    pub pressed: Option<S>,
+    /// Whether something moved nearby.
+    pub pressed: Pressed,
+}
+
+/// Whether something moves nearby, and where the command before led to then. One byte, for boards with little memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pressed {
+    /// Nothing moves.
+    #[default]
+    No,
+    /// Something does, and the robot stood or turned on the spot.
+    Standing,
+    /// It was driven ahead,
+    Ahead,
+    /// or back.
+    Back,
+}
+
+impl Pressed {
+    /// Something moves after this command.
+    #[must_use]
+    pub fn after<S: Scalar>(command: Command<S>) -> Self {
+        let driven = (command.left + command.right) * S::HALF;
+        if driven > S::from_f32(DIRECTED_COMMAND) {
+            Self::Ahead
+        } else if driven < -S::from_f32(DIRECTED_COMMAND) {
+            Self::Back
+        } else {
+            Self::Standing
+        }
+    }
 }
 
 /// The candidates: first in the order of `e_i`, the largest first, ties to the lower index; then as they come.
@@ -193,15 +222,17 @@ pub fn backwards<S: Scalar>(place: Features<S>) -> Option<Stride<S>> {
     (place.distance >= S::from_f32(RETREAT_SHARE)).then_some(Stride { place: mirrored, haste: -S::ONE })
 }
 
-/// What it costs to go to a place if that is to turn back; `pressed` as in [`Decision`].
+/// What it costs to go to a place if that is to turn back.
 #[inline]
 #[must_use]
-pub fn reversal<S: Scalar>(pressed: Option<S>, place: Features<S>) -> S {
-    let (step, command) = (S::from_f32(DIRECTED_SHARE), S::from_f32(DIRECTED_COMMAND));
-    let turns_back = |driven: S| {
-        (driven > command && place.distance < -step) || (driven < -command && place.distance > step)
+pub fn reversal<S: Scalar>(pressed: Pressed, place: Features<S>) -> S {
+    let least = S::from_f32(DIRECTED_SHARE);
+    let turns_back = match pressed {
+        Pressed::Ahead => place.distance < -least,
+        Pressed::Back => place.distance > least,
+        Pressed::No | Pressed::Standing => false,
     };
-    if pressed.is_some_and(turns_back) { S::from_f32(REVERSAL) } else { S::ZERO }
+    if turns_back { S::from_f32(REVERSAL) } else { S::ZERO }
 }
 
 impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
@@ -302,7 +333,7 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
 }
 
 /// Chooses the command; `sweep` gives the further inhibition of a way, or [`Scalar::LIMIT`] for more than the number it
-/// is told; `pressed` as in [`Decision`]. `None` while nothing is trained.
+/// is told. `None` while nothing is trained.
 #[expect(
     clippy::too_many_arguments,
     reason = "each is another module's; a struct for one call would hide that"
@@ -314,7 +345,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
     scaling: &Scaling<S>,
     target: &TargetField<S>,
     obstacles: &ObstacleField<S, COLUMNS, ROWS>,
-    pressed: Option<S>,
+    pressed: Pressed,
     mut sweep: impl FnMut(Polar<S>, S) -> S,
 ) -> Option<Decision<S>> {
     let mut candidates =
@@ -324,7 +355,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
     let mut judged = 0_u16;
     while let Some((index, e)) = next {
         judged += 1;
-        let stride = stride(map, index, pressed.is_some());
+        let stride = stride(map, index, pressed != Pressed::No);
         let inhibition = best.judge(index, stride, e, reversal(pressed, stride.place), scaling, &mut sweep);
         if judged < RANKED {
             if inhibition <= S::ZERO {
@@ -337,7 +368,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
             next = candidates.next_above(best.activity);
         }
     }
-    if pressed.is_some() && best.activity < best.e {
+    if pressed != Pressed::No && best.activity < best.e {
         for (index, place) in map.places(reaching.winner.eligible) {
             let Some(stride) = backwards(place) else { continue };
             // No field of an obstacle has been asked there: its way is held against all of them.
@@ -354,7 +385,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
 
 #[cfg(test)]
 mod tests {
-    use super::{NeuralParameters, RANKED, activity, backwards, integrate, reversal};
+    use super::{NeuralParameters, Pressed, RANKED, activity, backwards, integrate, reversal};
     use crate::config::Config;
     use crate::kohonen::features::Features;
     use crate::kohonen::lattice::NeuronIndex;
@@ -402,7 +433,8 @@ mod tests {
                 if inhibition >= enough { S::LIMIT } else { inhibition }
             };
             let decision =
-                integrate(&map, neural, &reaching, &p.scaling, &field, &obstacles, None, sweep).unwrap();
+                integrate(&map, neural, &reaching, &p.scaling, &field, &obstacles, Pressed::No, sweep)
+                    .unwrap();
             let mut best: Option<(S, NeuronIndex)> = None;
             for (index, place) in map.places(Eligible::All) {
                 let e = activity(&neural.target, &field, place, S::ZERO) - inhibition(p.scaling.place(place));
@@ -454,11 +486,11 @@ mod tests {
         };
         let fast =
             |command: crate::kohonen::features::Command<S>| (command.left + command.right).to_f32() < -0.5;
-        let decision = decide(Some(S::ZERO));
+        let decision = decide(Pressed::Standing);
         assert!(fast(decision.command), "{}: {decision:?}", S::NAME);
-        assert_eq!(decision.pressed, Some(S::ZERO));
+        assert_eq!(decision.pressed, Pressed::Standing);
         // Where nothing moves, the map's own steps must do.
-        let decision = decide(None);
+        let decision = decide(Pressed::No);
         assert!(!fast(decision.command), "{}: {decision:?}", S::NAME);
     }
 
@@ -475,12 +507,12 @@ mod tests {
         assert_eq!((back.place.bearing, back.place.distance, back.haste), (-0.3, -0.8, -1.0));
         assert_eq!(backwards(back.place), None, "what is behind is not ahead");
         for (pressed, place, costs) in [
-            (None, back.place, false),
-            (Some(0.5), ahead, false),
-            (Some(0.5), back.place, true),
-            (Some(-0.5), ahead, true),
-            (Some(0.0), ahead, false),
-            (Some(0.5), Features { distance: -0.05, ..ahead }, false),
+            (Pressed::No, back.place, false),
+            (Pressed::Ahead, ahead, false),
+            (Pressed::Ahead, back.place, true),
+            (Pressed::Back, ahead, true),
+            (Pressed::Standing, ahead, false),
+            (Pressed::Ahead, Features { distance: -0.05, ..ahead }, false),
         ] {
             assert_eq!(reversal(pressed, place) > 0.0, costs, "{pressed:?} {place:?}");
         }

@@ -1,7 +1,5 @@
 //! What the ring has read of late, and from where: something stood at a place long before a mover could have come there.
 
-use heapless::Vec;
-
 use crate::scalar::Scalar;
 use crate::sensing::proximity::{ProximityParameters, Scan, sensor_bearing};
 use crate::units::{Point, Pose, angle_between};
@@ -14,8 +12,8 @@ const SINCE_S: f32 = 0.89;
 const NEAR_M: f32 = 0.01;
 /// and so much of its distance from the robot's centre.
 const NEAR_SHARE: f32 = 0.06;
-/// Stands for no reading.
-const NOTHING: i32 = -1;
+/// Added to a reading, so that zero stands for none (m).
+const READ_M: i32 = 1;
 
 /// A scan, with the bits of weights, and where it was made.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,10 +23,16 @@ struct Old<S: Scalar, const SENSORS: usize> {
 }
 
 impl<S: Scalar, const SENSORS: usize> Old<S, SENSORS> {
+    /// Nothing has been read.
+    const NONE: Self = Self {
+        pose: Pose { x_m: S::ZERO, y_m: S::ZERO, heading_rad: S::ZERO },
+        range_m: [S::WEIGHT_ZERO; SENSORS],
+    };
+
     fn new(ring: &ProximityParameters<S>, scan: &Scan<S, SENSORS>, pose: Pose<S>) -> Self {
         let range_m = scan.range_m.map(|range| {
-            let range = range.filter(|range| *range < ring.range_m).map(|range| range.max(S::ZERO));
-            range.unwrap_or(S::from_i32(NOTHING)).to_weight()
+            let range = range.filter(|range| *range < ring.range_m);
+            range.map_or(S::WEIGHT_ZERO, |range| (range.max(S::ZERO) + S::from_i32(READ_M)).to_weight())
         });
         Self { pose, range_m }
     }
@@ -38,7 +42,7 @@ impl<S: Scalar, const SENSORS: usize> Old<S, SENSORS> {
         let place = self.pose.see(at);
         let half_spacing = S::PI / S::from_i32(i32::try_from(SENSORS).unwrap_or(1));
         self.range_m.iter().enumerate().any(|(sensor, &range)| {
-            let range_m = S::from_weight(range);
+            let range_m = S::from_weight(range) - S::from_i32(READ_M);
             if range_m < S::ZERO {
                 return false;
             }
@@ -50,43 +54,35 @@ impl<S: Scalar, const SENSORS: usize> Old<S, SENSORS> {
     }
 }
 
-/// The last scans, three for each track.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// The last scans, three for each track; the youngest first.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Past<S: Scalar, const SENSORS: usize, const TRACKS: usize> {
-    scans: Vec<[Old<S, SENSORS>; PER_TRACK], TRACKS>,
-    /// How many have been kept since it was empty, modulo their number.
-    next: u8,
+    scans: [[Old<S, SENSORS>; PER_TRACK]; TRACKS],
 }
 
 impl<S: Scalar, const SENSORS: usize, const TRACKS: usize> Past<S, SENSORS, TRACKS> {
     /// Nothing has been read.
-    pub(super) const NONE: Self = Self { scans: Vec::new(), next: 0 };
+    pub(super) const NONE: Self = Self { scans: [[Old::NONE; PER_TRACK]; TRACKS] };
 
     /// Keeps a scan; the oldest goes.
     pub(super) fn keep(&mut self, ring: &ProximityParameters<S>, scan: &Scan<S, SENSORS>, pose: Pose<S>) {
-        let old = Old::new(ring, scan, pose);
-        let next = usize::from(self.next);
-        let (block, place) = (next / PER_TRACK, next % PER_TRACK);
-        if block == self.scans.len() {
-            // There is room for it. What has not been read yet sees nothing.
-            let _ = self.scans.push([Old::new(ring, &Scan::EMPTY, pose); PER_TRACK]);
+        let scans = self.scans.as_flattened_mut();
+        if let Some(oldest) = scans.last_mut() {
+            *oldest = Old::new(ring, scan, pose);
+            scans.rotate_right(1);
         }
-        if let Some(scan) = self.scans.get_mut(block).and_then(|block| block.get_mut(place)) {
-            *scan = old;
-        }
-        self.next = u8::try_from((next + 1) % (PER_TRACK * TRACKS).max(1)).unwrap_or(0);
     }
 
     /// How many scans, the last of them made a period of `period_s` ago, have seen something at a place before a mover
     /// that is there now could have been there.
     pub(super) fn has_seen(&self, ring: &ProximityParameters<S>, at: Point<S>, period_s: S) -> usize {
-        let count = PER_TRACK * TRACKS;
-        let is_old = |index: usize| {
-            let periods = (usize::from(self.next) + count - 1 - index) % count.max(1) + 1;
-            period_s * S::from_i32(i32::try_from(periods).unwrap_or(0)) > S::from_f32(SINCE_S)
-        };
-        let scans = self.scans.iter().flatten().enumerate();
-        scans.filter(|&(index, old)| is_old(index) && old.has_seen(ring, at)).count()
+        let mut age_s = S::ZERO;
+        let mut seen = 0;
+        for old in self.scans.as_flattened() {
+            age_s += period_s;
+            seen += usize::from(age_s > S::from_f32(SINCE_S) && old.has_seen(ring, at));
+        }
+        seen
     }
 
     /// Keeps nothing any more.
