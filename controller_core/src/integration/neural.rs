@@ -213,8 +213,8 @@ pub fn stride<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
     Stride { place: Features { bearing: place.bearing * haste, distance: place.distance * haste }, haste }
 }
 
-/// The step to a place ahead, made backwards: with both wheels the other way it leads along the mirrored arc. `None` for
-/// what is not ahead.
+/// The step to a place ahead, made backwards: with both wheels the other way it leads along the mirrored arc. `None`
+/// for what is not ahead.
 #[inline]
 #[must_use]
 pub fn backwards<S: Scalar>(place: Features<S>) -> Option<Stride<S>> {

@@ -29,8 +29,9 @@
 //! Tried and left out: fixed gains instead of a belief (1, 2 and 4 discs at 10 cm/s: 95, 88 and 78 % instead of 99, 97
 //! and 93, in the state of then); the likelihood of standing points and discs of several sizes against that of a mover
 //! (sure after seven scans, too late); what is now where an earlier scan looked through (edges of standing things look
-//! alike); keeping away from all that is near (doors close); the robot's own inertia (it no longer dares to brake); more
-//! weight for ways that would touch (no difference: contacts are not foretold); a least way that a mover has come (none).
+//! alike); keeping away from all that is near (doors close); the robot's own inertia (it no longer dares to brake);
+//! more weight for ways that would touch (no difference: contacts are not foretold); a least way that a mover has come
+//! (none).
 
 mod belief;
 mod past;

@@ -1,4 +1,4 @@
-//! What the ring has read of late, and from where: something stood at a place long before a mover could have come there.
+//! What the ring has read of late, and from where: something stood at a place before a mover could have come there.
 
 use crate::scalar::Scalar;
 use crate::sensing::proximity::{ProximityParameters, Scan, sensor_bearing};
