@@ -114,19 +114,19 @@ struct Best<S> {
 }
 
 impl<S: Scalar> Best<S> {
-    /// Judges a candidate, which may be better; returns its inhibition, or more than matters. `reversal` is a part of
-    /// it.
+    /// Judges a candidate, which may be better; returns its inhibition, or more than matters.
     #[inline]
     fn judge(
         &mut self,
         index: NeuronIndex,
         stride: Stride<S>,
         e: S,
-        reversal: S,
+        pressed: Pressed,
         scaling: &Scaling<S>,
         sweep: &mut impl FnMut(Polar<S>, S) -> S,
     ) -> S {
-        let inhibition = sweep(scaling.place(stride.place), e - self.activity) + reversal;
+        let inhibition =
+            sweep(scaling.place(stride.place), e - self.activity) + reversal(pressed, stride.place);
         let activity = e - inhibition;
         if activity > self.activity || (activity >= self.activity && e > self.e) {
             *self = Self { index, haste: stride.haste, e, activity };
@@ -356,7 +356,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
     while let Some((index, e)) = next {
         judged += 1;
         let stride = stride(map, index, pressed != Pressed::No);
-        let inhibition = best.judge(index, stride, e, reversal(pressed, stride.place), scaling, &mut sweep);
+        let inhibition = best.judge(index, stride, e, pressed, scaling, &mut sweep);
         if judged < RANKED {
             if inhibition <= S::ZERO {
                 // None behind it can be better.
@@ -375,7 +375,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
             let e = activity(&parameters.target, target, stride.place, S::ZERO);
             if e > best.activity {
                 judged += 1;
-                best.judge(index, stride, e, reversal(pressed, stride.place), scaling, &mut sweep);
+                best.judge(index, stride, e, pressed, scaling, &mut sweep);
             }
         }
     }

@@ -43,6 +43,16 @@ pub struct ProximityParameters<S> {
     pub range_m: S,
 }
 
+impl<S: Scalar> ProximityParameters<S> {
+    /// What a sensor detects: nothing at its largest range and beyond; a reading that is not a number is ignored, a
+    /// negative one counts as zero.
+    #[inline]
+    #[must_use]
+    pub fn detected_m(&self, range_m: Option<S>) -> Option<S> {
+        Some(range_m.filter(|range| *range < self.range_m)?.max(S::ZERO))
+    }
+}
+
 /// The bearing `α_j` of sensor j, in [−π, π).
 #[must_use]
 pub fn sensor_bearing<S: Scalar>(sensor: usize, sensors: usize) -> S {
@@ -52,18 +62,15 @@ pub fn sensor_bearing<S: Scalar>(sensor: usize, sensors: usize) -> S {
 }
 
 /// What the sensors detect: `u_j = (α_j, d_j)` for every sensor that sees something.
-///
-/// A reading that is not a number is ignored, a negative one counts as zero range.
 #[must_use]
 pub fn detections<S: Scalar, const SENSORS: usize>(
     parameters: &ProximityParameters<S>,
     scan: &Scan<S, SENSORS>,
 ) -> Vec<Polar<S>, SENSORS> {
     first(scan.range_m.iter().enumerate().filter_map(|(sensor, range)| {
-        let range = range.filter(|range| *range < parameters.range_m)?.max(S::ZERO);
         Some(Polar {
+            distance_m: parameters.body_radius_m + parameters.detected_m(*range)?,
             bearing_rad: sensor_bearing(sensor, SENSORS),
-            distance_m: parameters.body_radius_m + range,
         })
     }))
 }

@@ -1,4 +1,4 @@
-use controller_core::config::{Architecture, Config};
+use controller_core::config::{Architecture, Config, CooperativeConfig};
 use controller_core::controller::{Mode, Outputs};
 use controller_core::scalar::{Fixed, Scalar};
 
@@ -8,6 +8,7 @@ use crate::khepera::{KheperaModel, TruePose};
 use crate::mission::{self, MissionOptions};
 use crate::number::narrow_point;
 use crate::scenario::Scenario;
+use crate::scenes::{Circling, Disturbance, Scene};
 use crate::sil::{ControllerPort, HostMap, Indirect, Sil};
 use crate::simulation::Simulation;
 use crate::sweep::learn;
@@ -20,8 +21,15 @@ fn map<S: Scalar>() -> HostMap<S, Indirect<S>> {
 
 /// Drives towards the obstacle of P2 Fig. 4 and explains every decision of the first seconds, beside what was done.
 fn decisions<S: Scalar>(architecture: Architecture) -> Vec<(DecisionReport, Sil<S>, [f32; 2])> {
-    let scenario = Scenario::builtin("p2_fig4").unwrap();
-    let config = mission::config_for(&scenario, &Config::default(), Some(architecture.into()));
+    decisions_in(&Scenario::builtin("p2_fig4").unwrap(), &Config::default(), architecture)
+}
+
+fn decisions_in<S: Scalar>(
+    scenario: &Scenario,
+    config: &Config,
+    architecture: Architecture,
+) -> Vec<(DecisionReport, Sil<S>, [f32; 2])> {
+    let config = mission::config_for(scenario, config, Some(architecture.into()));
     let sil = Sil::<S>::trained(&config, map(), 0).unwrap();
     let model = KheperaModel::new(&config.robot, &config.servo, scenario.noise.actuator);
     let start = TruePose { position: scenario.start.position, heading_rad: scenario.start.heading_rad };
@@ -62,6 +70,31 @@ fn check_cooperative<S: Scalar>() {
 fn names_the_winner_and_the_command_that_was_carried_out() {
     check_cooperative::<f32>();
     check_cooperative::<Fixed>();
+}
+
+fn check_retreat<S: Scalar>() {
+    let discs = Scene::Circling(Circling { discs: 2, speed_m_s: 0.1 }).scenario(&Disturbance::PAPERS);
+    let config = Config {
+        cooperative: CooperativeConfig { mover_headway_s: 0.6, ..CooperativeConfig::default() },
+        ..Config::default()
+    };
+    let (mut backwards, mut among) = (0, 0);
+    for (report, sil, command) in decisions_in::<S>(&discs, &config, Architecture::Cooperative) {
+        let Some(winner) = report.winner else { continue };
+        let decision = sil.controller.decision();
+        assert_eq!(winner.neuron, decision.winner, "tick {}", report.tick);
+        assert!((winner.total - decision.activity.to_f32()).abs() < f32::EPSILON, "tick {}", report.tick);
+        assert_eq!(report.command.map(f32::to_bits), command.map(f32::to_bits), "tick {}", report.tick);
+        among += u32::from(!report.movers.is_empty());
+        backwards += u32::from(winner.backwards);
+    }
+    assert!(backwards > 3 && among > 20, "{}: {backwards} of {among}", S::NAME);
+}
+
+#[test]
+fn names_what_is_made_backwards_from_what_moves() {
+    check_retreat::<f32>();
+    check_retreat::<Fixed>();
 }
 
 fn check_fusion<S: Scalar>() {

@@ -31,8 +31,8 @@ impl<S: Scalar, const SENSORS: usize> Old<S, SENSORS> {
 
     fn new(ring: &ProximityParameters<S>, scan: &Scan<S, SENSORS>, pose: Pose<S>) -> Self {
         let range_m = scan.range_m.map(|range| {
-            let range = range.filter(|range| *range < ring.range_m);
-            range.map_or(S::WEIGHT_ZERO, |range| (range.max(S::ZERO) + S::from_i32(READ_M)).to_weight())
+            let range = ring.detected_m(range);
+            range.map_or(S::WEIGHT_ZERO, |range| (range + S::from_i32(READ_M)).to_weight())
         });
         Self { pose, range_m }
     }

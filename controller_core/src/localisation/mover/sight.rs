@@ -105,8 +105,7 @@ impl<'a, S: Scalar, const SENSORS: usize> Sight<'a, S, SENSORS> {
 
     /// A reading of something near.
     fn range_m(&self, sensor: usize) -> Option<S> {
-        let range = self.scan.range_m.get(sensor).copied().flatten();
-        range.filter(|range| *range < self.ring.range_m).map(|range| range.max(S::ZERO))
+        self.ring.detected_m(self.scan.range_m.get(sensor).copied().flatten())
     }
 
     fn is_taken(&self, sensor: usize) -> bool {

@@ -10,7 +10,7 @@ use crate::units::{Point, Polar, Pose, angle_between, wrap};
 const PLACES: i32 = 8;
 /// See [`PLACES`].
 const APART: f32 = 0.3125;
-/// The least likelihood of a scan that is of a track.
+/// Less likely than this, and a scan says nothing of a track.
 const LIKELY: f32 = 1e-5;
 /// A reading is of the mover, and no sign of something new, within so many standard deviations.
 const TAKEN: f32 = 2.4;
@@ -23,10 +23,10 @@ const SEEN_WELL: u8 = 6;
 /// More than this is not counted, so that a track which turns out to be of a wall is soon forgotten.
 const SEEN_MAX: u8 = 12;
 /// A track without an echo is kept for so many scans.
-pub(super) const MISSED_MAX: u8 = 5;
-/// So many scans that saw it beside something else, at most, count; and of each track that begins there.
+const MISSED_MAX: u8 = 5;
+/// No more scans than this that saw it beside something else are counted,
 const BESIDE_MAX: u8 = 8;
-/// See [`BESIDE_MAX`].
+/// and so many at once for a track that begins there.
 const BESIDE_NEW: u8 = 2;
 /// More scans than this that said it moves are not counted.
 const PROVEN_MAX: u8 = 4;
