@@ -389,6 +389,11 @@ impl<S: Scalar> Moment<'_, S> {
         sweep::inhibition(&p.sweep, p.scaling.place(neuron), &mut [], &[mover], S::LIMIT)
     }
 
+    /// What a way to a place loses because it ends too near to what is too near already.
+    fn crowding(&self, neuron: Features<S>) -> S {
+        self.ways.crowding(&self.parameters.sweep, self.parameters.scaling.place(neuron))
+    }
+
     /// How a neuron's step is made.
     fn stride(&self, index: NeuronIndex) -> Stride<S> {
         neural::stride(self.core.map(), index, self.pressed() != Pressed::No)

@@ -147,7 +147,7 @@ pub fn inhibition<S: Scalar>(
 ) -> S {
     let mut arc = Arc::to(place, p.look_ahead);
     let foretold = foretold(p, &mut arc, movers) * S::from_f32(FORETOLD_SHARE);
-    let safe = p.body_radius_m + p.margin_m + p.headway * place.distance_m;
+    let safe = p.body_radius_m + p.margin_m + p.headway * place.distance_m.abs();
     let mut worst = S::ZERO;
     let mut found = None;
     'all: for (index, obstacle) in obstacles.iter_mut().enumerate() {
@@ -223,6 +223,15 @@ mod tests {
         assert!(to(0.0, 0.02).abs() < 1e-6, "stops before it");
         assert!(to(-0.5, 0.12).abs() < 1e-6, "turns away from it");
         assert!(to(0.36, 0.09) > 2.0, "would drive over it");
+        // A way back asks for as much room as one ahead.
+        let mirrored = [Obstacle::new(Point::from_metres(-0.08, -0.03))];
+        let hasty = SweepParameters { headway: s(0.1), ..p };
+        let lack = |at: f32, post: &[Obstacle<S>; 1]| {
+            let place = Polar { bearing_rad: S::ZERO, distance_m: s(at) };
+            inhibition(&hasty, place, &mut post.clone(), &[], S::LIMIT).to_f32()
+        };
+        assert!((lack(0.16, &post) - lack(-0.16, &mirrored)).abs() < 0.05, "{}", lack(-0.16, &mirrored));
+        assert!(lack(-0.16, &mirrored) > 6.0, "{}", lack(-0.16, &mirrored));
         let touching = [Obstacle::new(Point::from_metres(0.026, 0.0))];
         let away = Polar { bearing_rad: s(1.57), distance_m: S::ZERO };
         assert!(

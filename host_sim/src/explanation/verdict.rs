@@ -94,7 +94,11 @@ fn lost<S: Scalar>(moment: &Moment<S>, neuron: &NeuronActivity) -> String {
             (Some(stands), Some(moves)) => moves.1 > stands.1,
             (stands, _) => stands.is_none(),
         };
-        if moves_more {
+        let crowding = moment.crowding(place);
+        let other = [stands, moves].into_iter().flatten().map(|(_, taken)| taken).fold(S::ZERO, S::max);
+        if crowding > other {
+            format!("{who}, lost {ways:.4} because it ends as near to what is too near already")
+        } else if moves_more {
             let at = worst(moves.into_iter());
             format!("{who}, lost {ways:.4} because its way would meet what moves{at}")
         } else {
