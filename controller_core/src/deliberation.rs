@@ -233,7 +233,7 @@ impl<
         }
     }
 
-    /// Adds the fields of other robots.
+    /// Adds the fields of other robots, which are followed no more.
     #[inline(never)]
     fn keep_apart<const COUNT: usize>(
         &mut self,
@@ -242,6 +242,7 @@ impl<
         others: &Others<S, COUNT>,
     ) {
         for other in others.seen_from(latched.pose, latched.now) {
+            self.movers.leave_to_itself(p.proximity.body_radius_m, latched.pose, other.at);
             let field = others.field(&other);
             let inhibit = |place| field.activity(others.parameters(), place);
             self.standing.obstacles.value.add(&self.map, p.reaching.winner.eligible, inhibit);

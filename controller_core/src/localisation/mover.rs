@@ -150,6 +150,16 @@ impl<S: Scalar, const SENSORS: usize, const TRACKS: usize> Movers<S, SENSORS, TR
         first(self.tracks.iter().filter_map(|track| track.mover(p, pose)))
     }
 
+    /// Follows nothing any more that is within a body's diameter of a place of the robot frame: something there has told
+    /// of itself, and is kept apart from by other means ([`super::separation`]). Both at once are too much of it.
+    pub fn leave_to_itself(&mut self, body_radius_m: S, pose: Pose<S>, place: Point<S>) {
+        if TRACKS == 0 {
+            return;
+        }
+        let place = pose.to_world_frame(place, pose.heading_rad.sin_cos());
+        self.tracks.retain(|track| track.distance_to(place) > body_radius_m + body_radius_m);
+    }
+
     /// Leaves out of what sensors see what may well be of something that moves: nearer to its centre than a body's
     /// diameter. It is no wall to be followed; it will be gone before it is gone round.
     pub fn leave_out(

@@ -99,6 +99,11 @@ impl<S: Scalar> Track<S> {
         self.missed > MISSED_MAX
     }
 
+    /// How far from a place of the world it is believed to be (m).
+    pub(super) fn distance_to(&self, place: Point<S>) -> S {
+        self.belief.at().distance_to(place)
+    }
+
     /// The larger, the sooner its readings are its own.
     pub(super) fn seen(&self) -> u8 {
         self.seen
