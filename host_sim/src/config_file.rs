@@ -1,4 +1,5 @@
-//! The controller's configuration as a TOML file: any number that is not in the file keeps its default.
+//! The controller's configuration as a TOML file: any number that is not in the file is as in a base, the simulator's
+//! default or that of boards.
 //!
 //! The numbers of the peers are in it as well, in the table `[peers]`. Some files are built in, and go by
 //! their names: `configs/*.toml` of this crate.
@@ -21,7 +22,7 @@ pub const BUILTIN: [(&str, &str); 5] = [
     ("p1", include_str!("../configs/p1.toml")),
     ("literal", include_str!("../configs/literal.toml")),
     ("large", include_str!("../configs/large.toml")),
-    ("movers", include_str!("../configs/movers.toml")),
+    ("boards", include_str!("../configs/boards.toml")),
 ];
 
 /// Why a file is not a configuration.
@@ -30,7 +31,7 @@ pub enum ConfigFileError {
     /// It cannot be read.
     #[error(
         "{file}: cannot be read ({source}); `config --print` writes a file to begin with, and `precise`, `p1`, \
-         `literal`, `large` and `movers` are built in"
+         `literal`, `large` and `boards` are built in"
     )]
     Unreadable {
         /// Path as given.
@@ -112,18 +113,26 @@ impl From<File> for Settings {
     }
 }
 
-/// Reads and checks a file, or what is built in under this name.
+/// Reads and checks a file, or what is built in under this name; what it leaves out is as in the simulator's default.
 ///
 /// # Errors
 /// What is wrong, where, and what to do.
 pub fn load(path: &Path) -> Result<Settings, ConfigFileError> {
+    load_over(&Settings::default(), path)
+}
+
+/// As [`load`], with another base.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_over(base: &Settings, path: &Path) -> Result<Settings, ConfigFileError> {
     let file = path.display().to_string();
     if let Some((_, text)) = BUILTIN.iter().find(|(name, _)| *name == file) {
-        return parse(&format!("{file} (built in)"), text);
+        return parse_over(base, &format!("{file} (built in)"), text);
     }
     let unreadable = |source| ConfigFileError::Unreadable { file: file.clone(), source };
     let text = std::fs::read_to_string(path).map_err(unreadable)?;
-    parse(&file, &text)
+    parse_over(base, &file, &text)
 }
 
 /// Reads and checks a text; `file` is what errors call it.
@@ -131,11 +140,35 @@ pub fn load(path: &Path) -> Result<Settings, ConfigFileError> {
 /// # Errors
 /// As [`load`].
 pub fn parse(file: &str, text: &str) -> Result<Settings, ConfigFileError> {
-    let settings: Settings = toml_document::<File>(file, text)?.into();
+    parse_over(&Settings::default(), file, text)
+}
+
+fn parse_over(base: &Settings, file: &str, text: &str) -> Result<Settings, ConfigFileError> {
+    // First by itself, for errors that say where; what it leaves out is then another's default.
+    let alone: File = toml_document(file, text)?;
+    let settings: Settings = over(base, text).unwrap_or(alone).into();
     let file = || file.to_owned();
     settings.core.validate().map_err(|error| ConfigFileError::Value { file: file(), error })?;
     settings.peers.validate().map_err(|error| ConfigFileError::PeerValue { file: file(), error })?;
     Ok(settings)
+}
+
+/// A text that is a [`File`] by itself, which makes it one over any base.
+fn over(base: &Settings, text: &str) -> Option<File> {
+    let mut merged = toml::Table::try_from(File::from(base.clone())).ok()?;
+    put_over(&mut merged, toml::from_str(text).ok()?);
+    merged.try_into().ok()
+}
+
+fn put_over(base: &mut toml::Table, given: toml::Table) {
+    for (key, value) in given {
+        match (base.get_mut(&key), value) {
+            (Some(toml::Value::Table(base)), toml::Value::Table(given)) => put_over(base, given),
+            (_, value) => {
+                base.insert(key, value);
+            }
+        }
+    }
 }
 
 /// A configuration as a file that [`parse`] reads back.
@@ -148,7 +181,9 @@ pub fn to_toml(settings: &Settings) -> Result<String, toml::ser::Error> {
 
 #[cfg(test)]
 mod tests {
-    use super::{parse, to_toml};
+    use std::path::Path;
+
+    use super::{load, parse, parse_over, to_toml};
     use crate::settings::Settings;
 
     #[test]
@@ -160,6 +195,20 @@ mod tests {
             text.contains("speed_limit_mps = 0.16\n"),
             "floats are printed as people write them:\n{text}"
         );
+    }
+
+    #[test]
+    fn what_a_file_leaves_out_is_as_in_its_base() {
+        let partial = "[cooperative]\nmemory_ms = 250\n[peers.apf]\nrange_m = 0.2\n";
+        for base in [Settings::default(), Settings::of_boards()] {
+            let mut expected = base.clone();
+            expected.core.cooperative.memory_ms = 250;
+            expected.peers.apf.range_m = 0.2;
+            assert_eq!(parse_over(&base, "partial.toml", partial).unwrap(), expected);
+        }
+        assert_eq!(load(Path::new("boards")).unwrap(), Settings::of_boards());
+        assert!(Settings::of_boards().core.check_without_movers().is_ok());
+        assert!(Settings::default().core.check_without_movers().is_err());
     }
 
     #[test]

@@ -241,11 +241,12 @@ fn every_built_in_configuration_can_be_used() {
         ("p1", "command_unit_mps = 0.008"),
         ("literal", "chart = \"unsigned\""),
         ("large", "wheel_base_m = 0.106"),
-        ("movers", "mover_headway_s = 0.6"),
+        ("boards", "mover_headway_s = 0.0"),
     ] {
         let text = ok(folder.path(), &["config", "--config", name]);
         assert!(text.contains(line), "{name}: {text}");
     }
+    assert!(ok(folder.path(), &["config"]).contains("mover_headway_s = 0.6"), "movers are followed here");
 }
 
 #[test]
@@ -563,16 +564,24 @@ fn a_reader_that_went_away_is_no_error() {
 #[test]
 fn a_board_makes_the_same_run_and_learns_the_same_map() {
     let folder = TempDir::new().unwrap();
-    let here = json(folder.path(), &["run", "p2_fig6", "--steps", "600", "--scalar", "fixed", "--json"]);
-    let arguments =
-        ["run", "p2_fig6", "--steps", "600", "--scalar", "fixed", "--json", "--link", "stub", "--verify"];
-    let output = run(folder.path(), &arguments);
+    let arguments = |more: &[&'static str]| {
+        [&["run", "p2_fig6", "--steps", "600", "--scalar", "fixed", "--json"][..], more].concat()
+    };
+    // A board has defaults of its own, and what a file leaves out is as it has it.
+    let here = json(folder.path(), &arguments(&["--config", "boards"]));
+    let output = run(folder.path(), &arguments(&["--link", "stub", "--verify"]));
     let there: Value = serde_json::from_str(&stdout(&output)).unwrap();
     assert_eq!(there["result"], here["result"]);
     let said = stderr(&output);
     for words in ["connected to stub: board stub, scalar fixed", "lockstep", "× real time"] {
         assert!(said.contains(words), "{words} is missing in:\n{said}");
     }
+
+    std::fs::write(folder.path().join("short.toml"), "[cooperative]\nmemory_ms = 250\n").unwrap();
+    assert_ne!(json(folder.path(), &arguments(&["--link", "stub", "--config", "short.toml"])), there);
+    std::fs::write(folder.path().join("movers.toml"), "[cooperative]\nmover_headway_s = 0.6\n").unwrap();
+    let refused = arguments(&["--link", "stub", "--config", "movers.toml"]);
+    assert_refused(folder.path(), &refused, &["cooperative.mover_headway_s", "0.6", "boards"]);
 
     let train = |more: &[&str]| {
         let output = run(folder.path(), &[&["train", "--steps", "60"][..], more].concat());

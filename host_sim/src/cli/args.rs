@@ -86,7 +86,7 @@ pub struct LearningArgs {
     /// Seed of everything that is drawn: exploration, targets, start, noise
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Configuration of the controller, see the command `config`; `precise`, `p1`, `literal`, `large` and `movers` are
+    /// Configuration of the controller, see the command `config`; `precise`, `p1`, `literal`, `large` and `boards` are
     /// built in
     #[arg(long, value_name = "NAME|FILE.toml")]
     pub config: Option<PathBuf>,
@@ -373,7 +373,7 @@ pub struct EvaluateCalibrationArgs {
     /// Arithmetic
     #[arg(long, value_enum, default_value_t = ScalarArg::F32)]
     pub scalar: ScalarArg,
-    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`, `movers`
+    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`, `boards`
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "precise")]
     pub config: PathBuf,
     /// Write the figure (SVG) into this folder
@@ -399,7 +399,7 @@ pub struct EvaluatePositioningArgs {
     /// Only this output layer
     #[arg(long, value_enum)]
     pub mapping: Option<MappingArg>,
-    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`, `movers`; may be given
+    /// Configuration of the controller, by file or by name: `precise`, `p1`, `literal`, `large`, `boards`; may be given
     /// several times
     #[arg(long, value_name = "NAME|FILE.toml", default_values = ["precise", "p1"])]
     pub config: Vec<PathBuf>,

@@ -11,7 +11,8 @@ use super::output::{decimal, print, print_json};
 use super::table::table;
 
 const HEAD: &str = "\
-# Configuration of the controller, for `--config`. SI units; a key that is left out keeps its default.
+# Configuration of the controller, for `--config`. SI units; a key that is left out keeps its default, with --link
+# that of boards.
 # `architecture` and `schedule.target_period_ms` are not used by `run`: the scenario or --controller says them.
 # What each number does: the documentation of `controller_core::config`. Units and ranges: `config --list`.
 # `[peers…]` are the controllers of others, for `run --controller apf` and so on: `host_sim::peers`.
@@ -35,12 +36,27 @@ fn list() -> String {
     for (number, parameter) in PARAMETERS.iter().enumerate() {
         rows.push(vec![
             format!("{number:>2}  {}", parameter.name),
-            parameter.default_value().to_string(),
+            defaults(number, parameter),
             parameter.unit.to_owned(),
             range(parameter),
         ]);
     }
     table(&rows)
+}
+
+/// The simulator's default, and that of boards where it is another.
+fn defaults(number: usize, parameter: &Parameter) -> String {
+    let (here, on_boards) = (default_here(number), parameter.default_value());
+    // Both are constants of the program.
+    if here.to_bits() == on_boards.to_bits() {
+        here.to_string()
+    } else {
+        format!("{here} (boards {on_boards})")
+    }
+}
+
+fn default_here(number: usize) -> f32 {
+    Settings::default().core.get(number).unwrap_or_default()
 }
 
 fn range(parameter: &Parameter) -> String {
@@ -58,7 +74,8 @@ fn document() -> Value {
         json!({
             "number": number,
             "name": parameter.name,
-            "default": decimal(parameter.default_value()),
+            "default": decimal(default_here(number)),
+            "default_on_boards": decimal(parameter.default_value()),
             "unit": parameter.unit,
             "low": decimal(parameter.low),
             "high": decimal(parameter.high),

@@ -30,6 +30,17 @@ pub fn settings(args: &LearningArgs) -> Result<Settings, CliError> {
     settings_of(args.config.as_deref())
 }
 
+/// The configuration that was asked for of a board; what its file leaves out is as boards have it.
+pub fn settings_on_board(args: &LearningArgs) -> Result<Settings, CliError> {
+    let base = Settings::of_boards();
+    let settings = match args.config.as_deref() {
+        Some(path) => config_file::load_over(&base, path)?,
+        None => base,
+    };
+    settings.core.check_without_movers()?;
+    Ok(settings)
+}
+
 /// The numbers of a file or of a built-in name; without either, the defaults.
 pub fn settings_of(config: Option<&Path>) -> Result<Settings, CliError> {
     Ok(config.map_or_else(|| Ok(Settings::default()), config_file::load)?)

@@ -24,7 +24,7 @@ use protocol::message::{Health, ScalarKind, TimeBase};
 
 use super::args::{MappingArg, RunArgs, ScalarArg, TrainArgs, WayArgs};
 use super::error::{CliError, Outcome};
-use super::learning::configuration;
+use super::learning::settings_on_board;
 use super::output::complain;
 use super::progress::Progress;
 use super::run::{Driven, Task, run_once};
@@ -110,9 +110,8 @@ fn nameless(address: &Address) -> CliError {
 }
 
 fn run_in<S: StoredScalar>(args: &RunArgs, mut session: AnySession) -> Result<Outcome, CliError> {
-    run_once::<S>(args, |task| {
+    run_once::<S>(args, &settings_on_board(&args.learning)?, |task| {
         let config = mission::config_for(task.scenario, &task.settings.core, Some(task.controller));
-        config.check_without_movers()?;
         session.configure(&config)?;
         session.upload_map(task.map, task.steps)?;
         let begin = Instant::now();
@@ -210,8 +209,7 @@ pub fn train(args: &TrainArgs, address: &Address) -> Result<Outcome, CliError> {
             "a board learns one map, an indirect one; leave out {name} or --link"
         )));
     }
-    let config = configuration(&args.learning)?;
-    config.check_without_movers()?;
+    let config = settings_on_board(&args.learning)?.core;
     let session = connect(address, &args.link.way, args.learning.scalar, TimeBase::Lockstep)?;
     match session.board.scalar {
         Some(ScalarKind::F32) => train_in::<f32>(args, &config, session),

@@ -57,7 +57,7 @@ fn run_in<S: StoredScalar>(args: &RunArgs) -> Result<Outcome, CliError> {
     if args.runs > 1 || args.require.is_some() {
         sweep_run::sweep_run::<S>(args)
     } else {
-        run_once::<S>(args, |task| {
+        run_once::<S>(args, &settings(&args.learning)?, |task| {
             let contender = Some(task.controller);
             let result = sweep::run_one(task.scenario, task.settings, contender, task.map, task.options)?;
             Ok(Driven { result, notes: Vec::new(), health: None })
@@ -85,12 +85,12 @@ pub struct Driven {
     pub health: Option<Health>,
 }
 
-/// Runs a scenario once; `drive` says by which controller.
+/// Runs a scenario once, with these numbers; `drive` says by which controller.
 pub fn run_once<S: StoredScalar>(
     args: &RunArgs,
+    settings: &Settings,
     drive: impl FnOnce(&Task<S>) -> Result<Driven, CliError>,
 ) -> Result<Outcome, CliError> {
-    let settings = settings(&args.learning)?;
     let config = &settings.core;
     let scenario = load_scenario(&args.scenario)?;
     let loaded = load_map::<S>(&args.saved, config)?;
@@ -111,7 +111,7 @@ pub fn run_once<S: StoredScalar>(
     };
     let sample_ms = if folder.is_some() { LOG_PERIOD_MS } else { 0 };
     let options = MissionOptions { seed: plan.seed, sample_ms };
-    let task = Task { scenario: &scenario, settings: &settings, controller, map: &map, steps, options };
+    let task = Task { scenario: &scenario, settings, controller, map: &map, steps, options };
     let Driven { result, notes, health } = drive(&task)?;
     let run = SingleRun { scenario: &scenario, controller, scalar: S::NAME, result: &result };
     let files = folder.map_or_else(|| Ok(Vec::new()), |folder| run.write(&folder))?;
