@@ -350,7 +350,7 @@ impl<
         let mut ways = self.ways(p, pose);
         let is_pressed = TRACKS > 0 && !ways.movers().is_empty();
         let pressed = if is_pressed { Pressed::after(self.standing.decision.command) } else { Pressed::No };
-        let decision = neural::integrate(
+        let decision = neural::integrate::<_, _, _, _, TRACKS>(
             &self.map,
             &p.neural,
             &p.reaching,
@@ -358,6 +358,7 @@ impl<
             &target,
             &self.standing.obstacles.value,
             pressed,
+            ways.wishes(),
             |place, enough| ways.inhibition(&p.sweep, place, enough),
         );
         self.standing.decision = decision.unwrap_or_default();

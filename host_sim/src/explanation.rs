@@ -408,7 +408,7 @@ impl<S: Scalar> Moment<'_, S> {
         let (p, map) = (self.parameters, self.core.map());
         let mut ways = self.ways.clone();
         let mut judge = |index, place, stride: Stride<S>, inhibition| {
-            let e = neural::activity(&p.neural.target, field, place, inhibition);
+            let e = neural::activity(&p.neural.target, field, place, inhibition, self.ways.wishes());
             let way = ways.inhibition(&p.sweep, p.scaling.place(stride.place), S::LIMIT)
                 + neural::reversal(self.pressed(), stride.place);
             Judged { index, place, stride, e, way }

@@ -12,6 +12,10 @@
 //! * **Retreat**: the map reaches a quarter of a step backwards, for that is all that positioning needs; what moves is
 //!   quicker. While something does, and whatever is ahead is obstructed, the steps ahead are judged once more as they
 //!   are if both wheels turn the other way; and those few that lead backwards as fast as the wheels turn ([`Stride`]).
+//! * **Coarse wishes**: while something surely moves, activities count in steps of [`COARSE_SHARE`] of the target's own. Of
+//!   places that lead nowhere near the target one is still a trace more active than another, and which one changes with
+//!   every scan: the robot drove off here and there, into the way of what came. So all of these are worth nothing; of
+//!   equals the first on the lattice wins, which is a turn on the spot, always the same way, until there is a way ahead.
 //! * **Persistence**: while something moves, to turn back costs something. Else the robot dithers between two ways out,
 //!   each a little better than the other in turn, and takes neither.
 
@@ -51,6 +55,16 @@ pub struct Decision<S> {
     pub pressed: Pressed,
 }
 
+/// How finely activities are told apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wishes {
+    /// As finely as a weight is stored.
+    #[default]
+    Fine,
+    /// In sixteenths of the target field's amplitude: something surely moves.
+    Coarse,
+}
+
 /// Whether something moves nearby, and where the command before led to then. One byte, for boards with little memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Pressed {
@@ -84,12 +98,13 @@ impl Pressed {
 ///
 /// Of the order only the first of each column is kept; when it is taken out, its column is computed again. That costs a
 /// fifteenth of the map for each candidate, and spares the stack the activities of all neurons.
-struct Candidates<'a, S: Scalar, O, const COLUMNS: usize, const ROWS: usize> {
+struct Candidates<'a, S: Scalar, O, const COLUMNS: usize, const ROWS: usize, const TRACKS: usize> {
     map: &'a Map<S, O, COLUMNS, ROWS>,
     parameters: &'a TargetFieldParameters<S>,
     target: &'a TargetField<S>,
     obstacles: &'a ObstacleField<S, COLUMNS, ROWS>,
     eligible: Eligible,
+    wishes: Wishes,
     /// Of each column: the activity, and the row where it was found.
     first: [S::Weight; COLUMNS],
     row: [u8; COLUMNS],
@@ -138,7 +153,8 @@ impl<S: Scalar> Best<S> {
 /// Below any activity: inhibition saturates at −8 in 16 bits. What is untrained or taken out counts as this.
 const OUT: i32 = -8;
 
-/// `e_i = a_i − Σ_j b_ij` of a neuron with weight `place` (P2 Eq. 8), as it is ranked: with the bits of a weight.
+/// `e_i = a_i − Σ_j b_ij` of a neuron with weight `place` (P2 Eq. 8), as it is ranked: with the bits of a weight at
+/// most.
 #[inline]
 #[must_use]
 pub fn activity<S: Scalar>(
@@ -146,8 +162,13 @@ pub fn activity<S: Scalar>(
     target: &TargetField<S>,
     place: Features<S>,
     inhibition: S,
+    wishes: Wishes,
 ) -> S {
-    let e = target.activity(parameters, place) - inhibition;
+    let mut e = target.activity(parameters, place) - inhibition;
+    if wishes == Wishes::Coarse {
+        let step = parameters.amplitude * S::from_f32(COARSE_SHARE);
+        e = (e / step).round() * step;
+    }
     S::from_weight(e.max(S::from_i32(OUT)).to_weight())
 }
 
@@ -185,6 +206,9 @@ const RETREAT_SHARE: f32 = 0.02;
 
 /// No step is made more times as fast than this: what has been learned of the shortest ones is too coarse.
 const HASTE_MAX: f32 = 16.0;
+
+/// What makes a difference to coarse wishes, as a share of the target field's amplitude.
+const COARSE_SHARE: f32 = 1.0 / 16.0;
 
 /// What it costs to turn back while something moves: a third of what a target is worth.
 const REVERSAL: f32 = 0.3;
@@ -235,8 +259,8 @@ pub fn reversal<S: Scalar>(pressed: Pressed, place: Features<S>) -> S {
     if turns_back { S::from_f32(REVERSAL) } else { S::ZERO }
 }
 
-impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
-    Candidates<'a, S, O, COLUMNS, ROWS>
+impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const TRACKS: usize>
+    Candidates<'a, S, O, COLUMNS, ROWS, TRACKS>
 {
     fn new(
         map: &'a Map<S, O, COLUMNS, ROWS>,
@@ -244,14 +268,20 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
         target: &'a TargetField<S>,
         obstacles: &'a ObstacleField<S, COLUMNS, ROWS>,
         eligible: Eligible,
+        wishes: Wishes,
     ) -> Self {
         let (first, row, column) = ([S::WEIGHT_ZERO; COLUMNS], [0; COLUMNS], [S::WEIGHT_ZERO; ROWS]);
         let mut candidates =
-            Self { map, parameters, target, obstacles, eligible, first, row, column, next: (0, 0) };
+            Self { map, parameters, target, obstacles, eligible, wishes, first, row, column, next: (0, 0) };
         for column in 0..COLUMNS {
             candidates.rank(column, None);
         }
         candidates
+    }
+
+    /// How finely to tell apart. Said to the compiler, which else keeps the code for what cannot be.
+    fn wishes(&self) -> Wishes {
+        if TRACKS == 0 { Wishes::Fine } else { self.wishes }
     }
 
     /// The first of a column behind the one taken out, if one was.
@@ -262,7 +292,7 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
         let (parameters, target) = (*self.parameters, *self.target);
         for (row, place) in self.map.rows(column, self.eligible) {
             let Some(&inhibition) = inhibitions.get(row) else { break };
-            let e = activity(&parameters, &target, place, S::from_weight(inhibition));
+            let e = activity(&parameters, &target, place, S::from_weight(inhibition), self.wishes());
             let is_behind = taken.is_none_or(|(of_row, of)| e < of || (e <= of && row > of_row));
             if is_behind && e > first.0 {
                 first = (e, row);
@@ -286,7 +316,8 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
         let Some(inhibitions) = self.obstacles.column(column) else { return };
         for (row, place) in self.map.rows(column, self.eligible) {
             let (Some(&inhibition), Some(stored)) = (inhibitions.get(row), kept.get_mut(row)) else { break };
-            *stored = activity(self.parameters, self.target, place, S::from_weight(inhibition)).to_weight();
+            let e = activity(self.parameters, self.target, place, S::from_weight(inhibition), self.wishes());
+            *stored = e.to_weight();
         }
         self.column = kept;
     }
@@ -333,12 +364,12 @@ impl<'a, S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>
 }
 
 /// Chooses the command; `sweep` gives the further inhibition of a way, or [`Scalar::LIMIT`] for more than the number it
-/// is told. `None` while nothing is trained.
+/// is told. `None` while nothing is trained. Without `TRACKS` nothing moves.
 #[expect(
     clippy::too_many_arguments,
     reason = "each is another module's; a struct for one call would hide that"
 )]
-pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize>(
+pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usize, const TRACKS: usize>(
     map: &Map<S, O, COLUMNS, ROWS>,
     parameters: &NeuralParameters<S>,
     reaching: &ReachingParameters<S>,
@@ -346,10 +377,18 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
     target: &TargetField<S>,
     obstacles: &ObstacleField<S, COLUMNS, ROWS>,
     pressed: Pressed,
+    wishes: Wishes,
     mut sweep: impl FnMut(Polar<S>, S) -> S,
 ) -> Option<Decision<S>> {
-    let mut candidates =
-        Candidates::new(map, &parameters.target, target, obstacles, reaching.winner.eligible);
+    let pressed = if TRACKS == 0 { Pressed::No } else { pressed };
+    let mut candidates = Candidates::<'_, S, O, COLUMNS, ROWS, TRACKS>::new(
+        map,
+        &parameters.target,
+        target,
+        obstacles,
+        reaching.winner.eligible,
+        wishes,
+    );
     let mut next = candidates.best();
     let mut best = Best { index: next?.0, haste: S::ONE, e: -S::LIMIT, activity: -S::LIMIT };
     let mut judged = 0_u16;
@@ -372,7 +411,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
         for (index, place) in map.places(reaching.winner.eligible) {
             let Some(stride) = backwards(place) else { continue };
             // No field of an obstacle has been asked there: its way is held against all of them.
-            let e = activity(&parameters.target, target, stride.place, S::ZERO);
+            let e = activity(&parameters.target, target, stride.place, S::ZERO, wishes);
             if e > best.activity {
                 judged += 1;
                 best.judge(index, stride, e, pressed, scaling, &mut sweep);
@@ -385,7 +424,7 @@ pub fn integrate<S: Scalar, O: Output<S>, const COLUMNS: usize, const ROWS: usiz
 
 #[cfg(test)]
 mod tests {
-    use super::{NeuralParameters, Pressed, RANKED, activity, backwards, integrate, reversal};
+    use super::{NeuralParameters, Pressed, RANKED, Wishes, activity, backwards, integrate, reversal};
     use crate::config::Config;
     use crate::kohonen::features::Features;
     use crate::kohonen::lattice::NeuronIndex;
@@ -432,12 +471,22 @@ mod tests {
                 let inhibition = inhibition(place);
                 if inhibition >= enough { S::LIMIT } else { inhibition }
             };
-            let decision =
-                integrate(&map, neural, &reaching, &p.scaling, &field, &obstacles, Pressed::No, sweep)
-                    .unwrap();
+            let decision = integrate::<_, _, _, _, 1>(
+                &map,
+                neural,
+                &reaching,
+                &p.scaling,
+                &field,
+                &obstacles,
+                Pressed::No,
+                Wishes::Fine,
+                sweep,
+            )
+            .unwrap();
             let mut best: Option<(S, NeuronIndex)> = None;
             for (index, place) in map.places(Eligible::All) {
-                let e = activity(&neural.target, &field, place, S::ZERO) - inhibition(p.scaling.place(place));
+                let e = activity(&neural.target, &field, place, S::ZERO, Wishes::Fine)
+                    - inhibition(p.scaling.place(place));
                 if best.is_none_or(|(most, _)| e > most) {
                     best = Some((e, index));
                 }
@@ -482,7 +531,18 @@ mod tests {
         let sweep =
             |place: Polar<S>, _: S| if place.distance_m < -far { S::ZERO } else { s(3.0) + place.distance_m };
         let decide = |pressed| {
-            integrate(&map, &p.neural, &reaching, &p.scaling, &field, &obstacles, pressed, sweep).unwrap()
+            integrate::<_, _, _, _, 1>(
+                &map,
+                &p.neural,
+                &reaching,
+                &p.scaling,
+                &field,
+                &obstacles,
+                pressed,
+                Wishes::Fine,
+                sweep,
+            )
+            .unwrap()
         };
         let fast =
             |command: crate::kohonen::features::Command<S>| (command.left + command.right).to_f32() < -0.5;
@@ -498,6 +558,39 @@ mod tests {
     fn what_is_pressed_goes_back_though_the_map_hardly_does() {
         check_retreat::<f32>();
         check_retreat::<Fixed>();
+    }
+
+    fn check_coarse<S: Scalar>() {
+        let p = Config::default().build::<S, 12>().unwrap();
+        let reaching = ReachingParameters {
+            winner: crate::kohonen::map::WinnerParameters { eligible: Eligible::All, ..p.reaching.winner },
+            ..p.reaching
+        };
+        let map = Map::<S, ControlMatrix<S::Weight>, 15, 15>::regular();
+        let target = Features { bearing: S::ZERO, distance: S::HALF };
+        let field =
+            TargetField::localise(&map, Approach::plain(&p.neural.target), &reaching, target).unwrap();
+        let of = |aside: f32, inhibition: f32, wishes| {
+            let beyond = S::from_f32(aside) / field.distance_steepness;
+            let place = Features { distance: field.centre.distance - beyond, ..field.centre };
+            activity(&p.neural.target, &field, place, S::from_f32(inhibition), wishes)
+        };
+        // Far from where the target is, one place is a trace better than another; but not coarsely.
+        let (nearer, farther) = (1.95, 2.4);
+        assert!(of(nearer, 0.0, Wishes::Fine) > of(farther, 0.0, Wishes::Fine), "{}", S::NAME);
+        assert_eq!(of(nearer, 0.0, Wishes::Coarse), of(farther, 0.0, Wishes::Coarse), "{}", S::NAME);
+        // What matters stays as it is.
+        for (aside, inhibition) in [(0.0, 0.0), (0.5, 0.0), (0.5, 0.4), (0.0, 3.0)] {
+            let (exact, coarse) =
+                (of(aside, inhibition, Wishes::Fine), of(aside, inhibition, Wishes::Coarse));
+            assert!((exact - coarse).abs() < p.neural.target.amplitude * S::from_f32(0.04), "{}", S::NAME);
+        }
+    }
+
+    #[test]
+    fn only_what_matters_counts_for_coarse_wishes() {
+        check_coarse::<f32>();
+        check_coarse::<Fixed>();
     }
 
     #[test]

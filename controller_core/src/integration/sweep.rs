@@ -249,6 +249,7 @@ mod tests {
             velocity_mps: Point::from_metres(0.0, -0.1),
             turn_radps: s(turn),
             clearance_m: s(0.01),
+            is_sure: true,
         };
         let to = |bearing, distance, turn| {
             let place = Polar { bearing_rad: s(bearing), distance_m: s(distance) };

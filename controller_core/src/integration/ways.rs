@@ -9,6 +9,7 @@
 
 use heapless::Vec;
 
+use crate::integration::neural::Wishes;
 use crate::integration::sweep::{self, Obstacle, SweepParameters};
 use crate::localisation::mover::Mover;
 use crate::scalar::Scalar;
@@ -101,6 +102,12 @@ impl<S: Scalar, const POINTS: usize, const MOVERS: usize> Ways<S, POINTS, MOVERS
     pub fn movers(&self) -> &[Mover<S>] {
         // Said to the compiler, which else keeps the code for what cannot be.
         if MOVERS == 0 { &[] } else { &self.movers }
+    }
+
+    /// How finely places are told apart: coarsely where something surely moves.
+    #[must_use]
+    pub fn wishes(&self) -> Wishes {
+        if self.movers().iter().any(|mover| mover.is_sure) { Wishes::Coarse } else { Wishes::Fine }
     }
 
     /// The obstacle points.

@@ -70,6 +70,8 @@ pub struct Mover<S> {
     pub turn_radps: S,
     /// Room that it is given beyond both bodies (m).
     pub clearance_m: S,
+    /// It has moved for some scans. Most of what seems to and stands is found out before.
+    pub is_sure: bool,
 }
 
 impl<S: Scalar> Mover<S> {

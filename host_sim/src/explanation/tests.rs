@@ -1,4 +1,4 @@
-use controller_core::config::{Architecture, Config, CooperativeConfig};
+use controller_core::config::{Architecture, Config};
 use controller_core::controller::{Mode, Outputs};
 use controller_core::scalar::{Fixed, Scalar};
 
@@ -9,6 +9,7 @@ use crate::mission::{self, MissionOptions};
 use crate::number::narrow_point;
 use crate::scenario::Scenario;
 use crate::scenes::{Circling, Disturbance, Scene};
+use crate::settings::Settings;
 use crate::sil::{ControllerPort, HostMap, Indirect, Sil};
 use crate::simulation::Simulation;
 use crate::sweep::learn;
@@ -73,20 +74,19 @@ fn names_the_winner_and_the_command_that_was_carried_out() {
 }
 
 fn check_retreat<S: Scalar>() {
-    let discs = Scene::Circling(Circling { discs: 2, speed_m_s: 0.1 }).scenario(&Disturbance::PAPERS);
-    let config = Config {
-        cooperative: CooperativeConfig { mover_headway_s: 0.6, ..CooperativeConfig::default() },
-        ..Config::default()
-    };
+    let config = Settings::default().core;
     let (mut backwards, mut among) = (0, 0);
-    for (report, sil, command) in decisions_in::<S>(&discs, &config, Architecture::Cooperative) {
-        let Some(winner) = report.winner else { continue };
-        let decision = sil.controller.decision();
-        assert_eq!(winner.neuron, decision.winner, "tick {}", report.tick);
-        assert!((winner.total - decision.activity.to_f32()).abs() < f32::EPSILON, "tick {}", report.tick);
-        assert_eq!(report.command.map(f32::to_bits), command.map(f32::to_bits), "tick {}", report.tick);
-        among += u32::from(!report.movers.is_empty());
-        backwards += u32::from(winner.backwards);
+    for (discs, speed_m_s) in [(2, 0.1), (4, 0.1), (4, 0.16), (6, 0.16)] {
+        let scene = Scene::Circling(Circling { discs, speed_m_s }).scenario(&Disturbance::PAPERS);
+        for (report, sil, command) in decisions_in::<S>(&scene, &config, Architecture::Cooperative) {
+            let Some(winner) = report.winner else { continue };
+            let decision = sil.controller.decision();
+            assert_eq!(winner.neuron, decision.winner, "tick {}", report.tick);
+            assert!((winner.total - decision.activity.to_f32()).abs() < f32::EPSILON, "tick {}", report.tick);
+            assert_eq!(report.command.map(f32::to_bits), command.map(f32::to_bits), "tick {}", report.tick);
+            among += u32::from(!report.movers.is_empty());
+            backwards += u32::from(winner.backwards);
+        }
     }
     assert!(backwards > 3 && among > 20, "{}: {backwards} of {among}", S::NAME);
 }

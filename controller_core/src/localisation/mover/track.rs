@@ -29,7 +29,9 @@ const BESIDE_MAX: u8 = 8;
 /// and so many at once for a track that begins there.
 const BESIDE_NEW: u8 = 2;
 /// More scans than this that said it moves are not counted.
-const PROVEN_MAX: u8 = 4;
+const PROVEN_MAX: u8 = 8;
+/// After so many it surely moves.
+const PROVEN_SURELY: u8 = 4;
 /// Where so many scans have seen something already before it could be there, it stands.
 const STOOD_SCANS: usize = 2;
 /// Room beyond both bodies for any mover (m),
@@ -242,6 +244,7 @@ impl<S: Scalar> Track<S> {
                     y_m: velocity.y_m * cos - velocity.x_m * sin,
                 },
                 turn_radps: self.belief.turn_radps(),
+                is_sure: self.proven >= PROVEN_SURELY,
                 clearance_m: S::from_f32(CLEARANCE_M)
                     + err * S::from_f32(CLEARANCE_SHARE)
                     + speed * p.headway_s,
