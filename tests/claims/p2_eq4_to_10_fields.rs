@@ -168,7 +168,7 @@ fn compare<S: Scalar>(pair: &mut Pair<S>) -> Compared {
     let obstacles = pair.renewed(&detections);
     let p = &pair.p;
     let sweep = |_: Polar<S>, _: S| S::ZERO;
-    let decision = neural::integrate(
+    let decision = neural::integrate::<_, _, _, _, 0>(
         &pair.map,
         &p.neural,
         &p.reaching,
@@ -176,6 +176,7 @@ fn compare<S: Scalar>(pair: &mut Pair<S>) -> Compared {
         &field,
         &obstacles,
         neural::Pressed::No,
+        neural::Wishes::Fine,
         sweep,
     )
     .unwrap();
