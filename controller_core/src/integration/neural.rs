@@ -208,7 +208,7 @@ const RETREAT_SHARE: f32 = 0.02;
 const HASTE_MAX: f32 = 16.0;
 
 /// What makes a difference to coarse wishes, as a share of the target field's amplitude.
-const COARSE_SHARE: f32 = 1.0 / 16.0;
+pub const COARSE_SHARE: f32 = 1.0 / 16.0;
 
 /// What it costs to turn back while something moves: a third of what a target is worth.
 const REVERSAL: f32 = 0.3;

@@ -19,8 +19,8 @@ use crate::units::{Point, Polar};
 /// narrowest gap that is to be passed (5 mm in one of 6 cm), and than one step of the ranges.
 pub const CROWDED: f32 = 0.19;
 
-/// What a way loses for each body radius that it ends too near. That it loses is what counts: beside it a target that
-/// lies elsewhere makes little difference (20 to 1,000 times the share of a metre measure alike).
+/// What a way loses for each body radius that it ends too near. That it loses is what counts, not how much: anything from
+/// 0.5 to 25 measures alike.
 const CROWDED_COST: f32 = 1.5;
 
 /// Obstacle points near enough to matter within a step, and what moves; robot frame.
