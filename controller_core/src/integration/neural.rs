@@ -12,10 +12,11 @@
 //! * **Retreat**: the map reaches a quarter of a step backwards, for that is all that positioning needs; what moves is
 //!   quicker. While something does, and whatever is ahead is obstructed, the steps ahead are judged once more as they
 //!   are if both wheels turn the other way; and those few that lead backwards as fast as the wheels turn ([`Stride`]).
-//! * **Coarse wishes**: while something surely moves, activities count in steps of [`COARSE_SHARE`] of the target's own. Of
-//!   places that lead nowhere near the target one is still a trace more active than another, and which one changes with
-//!   every scan: the robot drove off here and there, into the way of what came. So all of these are worth nothing; of
-//!   equals the first on the lattice wins, which is a turn on the spot, always the same way, until there is a way ahead.
+//! * **Coarse wishes**: while something surely moves, activities count in steps of [`COARSE_SHARE`] of the target's
+//!   own. Of places that lead nowhere near the target one is still a trace more active than another, and which one
+//!   changes with every scan: the robot drove off here and there, into the way of what came. So all of these are worth
+//!   nothing; of equals the first on the lattice wins, which is a turn on the spot, always the same way, until there is
+//!   a way ahead.
 //! * **Persistence**: while something moves, to turn back costs something. Else the robot dithers between two ways out,
 //!   each a little better than the other in turn, and takes neither.
 

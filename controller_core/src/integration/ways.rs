@@ -1,11 +1,10 @@
 //! What the ways to candidate places are held against, gathered once for each integration.
 //!
-//! # Crowding (ours)
-//! The swept path counts only what a way comes *nearer* to, so a robot that stands too close may always leave. But it
-//! need not: to turn on the spot a millimetre or two from a post is as free, and in a narrow place, where all that leads
-//! to the target is obstructed, that is what wins, to and fro, until the range of the post is read a step of the sensor
-//! too large and the robot turns into it. So as long as something is nearer than [`CROWDED`] says, a way also loses for
-//! how near to it it *ends*.
+//! # Crowding (ours) The swept path counts only what a way comes *nearer* to, so a robot that stands too close may
+//! always leave. But it need not: to turn on the spot a millimetre or two from a post is as free, and in a narrow
+//! place, where all that leads to the target is obstructed, that is what wins, to and fro, until the range of the post
+//! is read a step of the sensor too large and the robot turns into it. So as long as something is nearer than
+//! [`CROWDED`] says, a way also loses for how near to it it *ends*.
 
 use heapless::Vec;
 
@@ -15,12 +14,12 @@ use crate::localisation::mover::Mover;
 use crate::scalar::Scalar;
 use crate::units::{Point, Polar};
 
-/// Nearer to the body than this, in body radii, is too near to stay: just less than what can be had on both sides in the
-/// narrowest gap that is to be passed (5 mm in one of 6 cm), and than one step of the ranges.
+/// Nearer to the body than this, in body radii, is too near to stay: just less than what can be had on both sides in
+/// the narrowest gap that is to be passed (5 mm in one of 6 cm), and than one step of the ranges.
 pub const CROWDED: f32 = 0.19;
 
-/// What a way loses for each body radius that it ends too near. That it loses is what counts, not how much: anything from
-/// 0.5 to 25 measures alike.
+/// What a way loses for each body radius that it ends too near. That it loses is what counts, not how much: anything
+/// from 0.5 to 25 measures alike.
 const CROWDED_COST: f32 = 1.5;
 
 /// Obstacle points near enough to matter within a step, and what moves; robot frame.

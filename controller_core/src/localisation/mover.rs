@@ -152,8 +152,8 @@ impl<S: Scalar, const SENSORS: usize, const TRACKS: usize> Movers<S, SENSORS, TR
         first(self.tracks.iter().filter_map(|track| track.mover(p, pose)))
     }
 
-    /// Follows nothing any more that is within a body's diameter of a place of the robot frame: something there has told
-    /// of itself, and is kept apart from by other means ([`super::separation`]). Both at once are too much of it.
+    /// Follows nothing any more that is within a body's diameter of a place of the robot frame: something there has
+    /// told of itself, and is kept apart from by other means ([`super::separation`]). Both at once are too much of it.
     pub fn leave_to_itself(&mut self, body_radius_m: S, pose: Pose<S>, place: Point<S>) {
         if TRACKS == 0 {
             return;
