@@ -1,10 +1,11 @@
 //! What the ways to candidate places are held against, gathered once for each integration.
 //!
-//! # Crowding (ours) The swept path counts only what a way comes *nearer* to, so a robot that stands too close may
-//! always leave. But it need not: to turn on the spot a millimetre or two from a post is as free, and in a narrow
-//! place, where all that leads to the target is obstructed, that is what wins, to and fro, until the range of the post
-//! is read a step of the sensor too large and the robot turns into it. So as long as something is nearer than
-//! [`CROWDED`] says, a way also loses for how near to it it *ends*.
+//! # Crowding (ours)
+//! The swept path counts only what a way comes *nearer* to, so a robot that stands too close may always leave. But it
+//! need not: to turn on the spot a millimetre or two from a post is as free, and in a narrow place, where all that
+//! leads to the target is obstructed, that is what wins, to and fro, until the range of the post is read a step of the
+//! sensor too large and the robot turns into it. So as long as something is nearer than [`CROWDED`] says, a way also
+//! loses for how near to it it *ends*.
 
 use heapless::Vec;
 
