@@ -2,7 +2,7 @@ use controller_core::config::{Architecture, Config};
 use controller_core::controller::{Mode, Outputs};
 use controller_core::scalar::{Fixed, Scalar};
 
-use super::{DecisionReport, decision_of, explain, wheels};
+use super::{DecisionReport, NeuronActivity, decision_of, explain, wheels};
 use crate::fleet::{Company, run_watched};
 use crate::khepera::{KheperaModel, TruePose};
 use crate::mission::{self, MissionOptions};
@@ -50,15 +50,25 @@ fn decisions_in<S: Scalar>(
     decisions
 }
 
+/// What is told of a decision is what the core decided and did; the winner, if there is one.
+fn assert_told<S: Scalar>(
+    report: &DecisionReport,
+    sil: &Sil<S>,
+    command: [f32; 2],
+) -> Option<NeuronActivity> {
+    let winner = report.winner?;
+    let decision = sil.controller.decision();
+    assert_eq!(winner.neuron, decision.winner, "tick {}", report.tick);
+    assert!((winner.total - decision.activity.to_f32()).abs() < f32::EPSILON, "tick {}", report.tick);
+    assert_eq!(report.is_target, decision.is_target);
+    assert_eq!(report.command.map(f32::to_bits), command.map(f32::to_bits), "tick {}", report.tick);
+    Some(winner)
+}
+
 fn check_cooperative<S: Scalar>() {
     let (mut blocked, mut inhibited) = (0, 0);
     for (report, sil, command) in decisions::<S>(Architecture::Cooperative) {
-        let decision = sil.controller.decision();
-        let winner = report.winner.unwrap();
-        assert_eq!(winner.neuron, decision.winner, "tick {}", report.tick);
-        assert!((winner.total - decision.activity.to_f32()).abs() < f32::EPSILON, "tick {}", report.tick);
-        assert_eq!(report.is_target, decision.is_target);
-        assert_eq!(report.command.map(f32::to_bits), command.map(f32::to_bits), "tick {}", report.tick);
+        let winner = assert_told(&report, &sil, command).unwrap();
         assert!(!report.verdict.is_empty());
         blocked += u32::from(report.neurons.iter().any(|neuron| neuron.way > 0.0));
         inhibited += u32::from(winner.neuron != report.field.unwrap().winner);
@@ -79,11 +89,7 @@ fn check_retreat<S: Scalar>() {
     for (discs, speed_m_s) in [(2, 0.1), (4, 0.1), (4, 0.16), (6, 0.16)] {
         let scene = Scene::Circling(Circling { discs, speed_m_s }).scenario(&Disturbance::PAPERS);
         for (report, sil, command) in decisions_in::<S>(&scene, &config, Architecture::Cooperative) {
-            let Some(winner) = report.winner else { continue };
-            let decision = sil.controller.decision();
-            assert_eq!(winner.neuron, decision.winner, "tick {}", report.tick);
-            assert!((winner.total - decision.activity.to_f32()).abs() < f32::EPSILON, "tick {}", report.tick);
-            assert_eq!(report.command.map(f32::to_bits), command.map(f32::to_bits), "tick {}", report.tick);
+            let Some(winner) = assert_told(&report, &sil, command) else { continue };
             among += u32::from(!report.movers.is_empty());
             backwards += u32::from(winner.backwards);
         }
