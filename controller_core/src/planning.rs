@@ -19,7 +19,7 @@
 //! # Steps
 //! 1. sweep the raster once from left to right into cells, passages and corners, and leave out dead ends;
 //! 2. A* over corners and passages, from goal to start (`search.rs`), and back where that costs little; where it takes
-//!    long, all that a way would have to leave by the passage it came in by is left out under way;
+//!    long and the way is crooked, anew after a survey of how far the cells are by their passages;
 //! 3. pull the way taut, cut its corners, move it to the middle of doorways (`route.rs`).
 //!
 //! # What holds
@@ -30,8 +30,8 @@
 //!
 //! # What does not
 //! The way is not proven shortest: of all bends that a passage can be crossed from, the search keeps one; and where it
-//! has settled thousands of nodes it trusts the straight rest of the way more than it should. It may pick the wrong
-//! side of an obstacle. `docs/numbers.md` says by how much ways were longer than the shortest.
+//! has settled thousands of nodes it trusts the straight or surveyed rest of the way more than it should. It may pick
+//! the wrong side of an obstacle. `docs/numbers.md` says by how much ways were longer than the shortest.
 //!
 //! # Open in the papers, and we chose
 //! - How the workspace is cut: into column pieces with a common band, which are fewer than rectangles.
@@ -71,10 +71,6 @@ use search::{Problem, Search, Terminal};
 
 /// A search that has settled no more nodes than this takes far less time than the sweep, and is made from both ends.
 const QUICK: usize = 1000;
-
-/// A search that has settled more nodes than this is worth as much time as it takes to leave out all parts of the map
-/// that a way would have to leave as it came.
-const LONG: usize = 6000;
 
 /// The way from the other end must be shorter by this factor to be worth a change.
 const SHORTER: f32 = 0.999;
@@ -364,12 +360,13 @@ impl<const CELLS: usize, const PASSAGES: usize, I: Index> Planner<CELLS, PASSAGE
         let mut found = Some(false);
         if from_cell != I::NONE && to_cell != I::NONE {
             self.search.begin(&problem);
-            found = self.search.run(&problem, LONG);
+            found = self.search.run(&problem);
         }
         if found.is_none() {
-            self.map.leave_out_loops([from_cell, to_cell]);
+            self.search.survey(&mut self.map, &start, &end);
             problem = Problem { clearance: &clearance, map: &self.map, start, goal: end };
-            found = self.search.run(&problem, usize::MAX);
+            self.search.begin_surveyed(&problem);
+            found = self.search.run(&problem);
         }
         if found != Some(true) {
             return Err(PlanError::NoPassage { reach_m: robot.reach_m() });
@@ -380,7 +377,7 @@ impl<const CELLS: usize, const PASSAGES: usize, I: Index> Planner<CELLS, PASSAGE
             // What a search gets wrong from one end it mostly gets right from the other.
             let problem = Problem { start: problem.goal, goal: problem.start, ..problem };
             self.search.begin(&problem);
-            let found = self.search.run(&problem, usize::MAX) == Some(true);
+            let found = self.search.run(&problem) == Some(true);
             if let Some(back) = found.then(|| self.way::<W, CHECKPOINTS>(&problem).ok()).flatten()
                 && length(to, &back) < SHORTER * length(from, &way)
             {

@@ -87,12 +87,6 @@ impl<I: Index> Passage<I> {
         self.cells.map(Index::get)
     }
 
-    /// The cell on the other side.
-    fn beyond(&self, cell: u32) -> u32 {
-        let [left, right] = self.cells();
-        if left == cell { right } else { left }
-    }
-
     /// Where a way through or by here bends. Without a jump, since the search asks for little else.
     pub fn bend(&self) -> Spot {
         let (left, slant) = (i32::from(self.has(LEFT)), i32::from(self.slant));
@@ -183,24 +177,28 @@ impl<I: Index> Run<I> {
         is_last.then_some(self.cell.get())
     }
 
-    /// Of a tree of cells: no cell or passage, and nothing second.
-    fn of_tree(none: u32) -> Self {
-        Self { cell: I::of(none), low: 0, high: 0, since: [0; 2] }
-    }
-
-    /// A second number, for which the rows have room.
-    fn second(&self) -> u32 {
-        u32::from(self.low) | u32::from(self.high) << 16
-    }
-
-    fn set_second(&mut self, number: u32) {
-        let [a, b, c, d] = number.to_le_bytes();
-        (self.low, self.high) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
-    }
-
     /// Whether a way may lead through the cell.
     fn is_alive(&self) -> bool {
         self.low > 0
+    }
+}
+
+/// For a search: by which passage it goes on from a cell, in `cell`, and how far it is from there, in the rows; since
+/// when is 0 where that is not known.
+impl<I: Index> Run<I> {
+    fn far() -> Self {
+        Self { cell: I::LAST, low: 0, high: 0, since: [0; 2] }
+    }
+
+    fn set_distance(&mut self, passage: I, distance: f32) {
+        let [a, b, c, d] = distance.to_bits().to_le_bytes();
+        let (low, high) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
+        *self = Self { cell: passage, low, high, since: [1; 2] };
+    }
+
+    fn distance(&self) -> Option<(u32, f32)> {
+        let bits = u32::from(self.low) | u32::from(self.high) << 16;
+        (self.since != [0; 2]).then_some((self.cell.get(), f32::from_bits(bits)))
     }
 }
 
@@ -497,167 +495,30 @@ impl<I: Index, const CELLS: usize, const PASSAGES: usize> Decomposition<I, CELLS
         self.linked = place(end);
     }
 
-    /// Leaves out the cells that can be reached and left again by one and the same passage only: like dead ends, but
-    /// with loops in them. Where nearly half of a map is blocked, that is most of it. For a search that takes longer
-    /// than this.
-    ///
-    /// Of a tree of passages from the first of `keep` to all cells, those are drawn together that other passages go
-    /// round. What is left of the tree are the passages that there is no way round.
-    pub fn leave_out_loops(&mut self, [first, last]: [u32; 2]) {
-        self.grow_tree(first);
-        for index in 0..self.passages.len() {
-            let Some(passage) = self.passages.get(index).filter(|passage| passage.is_passage()) else {
-                continue;
-            };
-            let [left, right] = passage.cells();
-            let in_tree = |cell: u32| {
-                self.previous.get(place(cell)).is_some_and(|run| run.cell == I::of(number(index)))
-            };
-            if !in_tree(left) && !in_tree(right) && self.reached(left) && self.reached(right) {
-                self.draw_together(left, right);
-            }
-        }
-        // Up the tree to where it began.
-        let mut cell = last;
-        while self.reached(cell) {
-            cell = self.top(cell);
-            if let Some(run) = self.previous.get_mut(place(cell)) {
-                run.since = [1; 2];
-            }
-            if cell == first {
-                break;
-            }
-            cell = self.above(cell);
-        }
-        self.retain_entries();
-    }
-
-    /// A tree of passages, each cell as near to the first as can be. The runs are not needed any more: those of
-    /// `previous` hold each cell's passage upwards and in which order it was reached, those of `current` a cell above
-    /// it that it is drawn together with, at first itself, and the cells in that order.
-    fn grow_tree(&mut self, first: u32) {
+    /// Forgets how far the cells are from anywhere. The runs are not needed any more, and their store holds for each
+    /// cell what [`Self::note_distance`] is told.
+    pub fn forget_distances(&mut self) {
         self.previous.clear();
-        self.current.clear();
         for _ in 0..self.cells.len() {
             // One for each cell: the capacity is the same.
-            let _ = self.previous.push(Run::of_tree(I::NONE));
-            let _ = self.current.push(Run::of_tree(I::NONE));
-        }
-        let mut count = 0;
-        self.reach(first, I::NONE, &mut count);
-        let mut next = 0;
-        while next < count {
-            let Some(cell) = self.current.get(next).map(Run::second) else { break };
-            next += 1;
-            for at in self.entries_at(cell) {
-                let Some(entry) = self.entries.as_flattened().get(at).map(|entry| entry.get()) else { break };
-                let Some(passage) = self.passage(entry).filter(|passage| passage.is_passage()) else {
-                    continue;
-                };
-                let other = passage.beyond(cell);
-                if !self.reached(other) {
-                    self.reach(other, entry, &mut count);
-                }
-            }
+            let _ = self.previous.push(Run::far());
         }
     }
 
-    /// Adds a cell to the tree.
-    fn reach(&mut self, cell: u32, passage: u32, count: &mut usize) {
-        if let Some(run) = self.previous.get_mut(place(cell)) {
-            run.cell = I::of(passage);
-            run.set_second(number(*count));
+    /// Notes which passage leads out of a cell towards somewhere, and how far that is from there; `false` when that was
+    /// noted before.
+    pub fn note_distance(&mut self, cell: u32, passage: u32, distance: f32) -> bool {
+        let run = self.previous.get_mut(place(cell)).filter(|run| run.distance().is_none());
+        if let Some(run) = run {
+            run.set_distance(I::of(passage), distance);
+            return true;
         }
-        if let Some(run) = self.current.get_mut(place(cell)) {
-            run.cell = I::of(cell);
-        }
-        if let Some(run) = self.current.get_mut(*count) {
-            run.set_second(cell);
-        }
-        *count += 1;
+        false
     }
 
-    /// Whether a cell is in the tree.
-    fn reached(&self, cell: u32) -> bool {
-        self.current.get(place(cell)).is_some_and(|run| run.cell.get() != I::NONE)
-    }
-
-    /// The cell above a cell of the tree; the first is above itself.
-    fn above(&self, cell: u32) -> u32 {
-        let passage = self.previous.get(place(cell)).and_then(|run| self.passage(run.cell.get()));
-        passage.map_or(cell, |passage| passage.beyond(cell))
-    }
-
-    /// The topmost cell of those that a cell of the tree is drawn together with.
-    fn top(&mut self, cell: u32) -> u32 {
-        let next = |runs: &[Run<I>], cell| runs.get(place(cell)).map_or(cell, |run: &Run<I>| run.cell.get());
-        let mut cell = cell;
-        loop {
-            let above = next(&self.current, cell);
-            if above == cell {
-                return cell;
-            }
-            // Half of the way is saved the next time.
-            let above = next(&self.current, above);
-            if let Some(run) = self.current.get_mut(place(cell)) {
-                run.cell = I::of(above);
-            }
-            cell = above;
-        }
-    }
-
-    /// Draws all cells of the tree between two together.
-    fn draw_together(&mut self, a: u32, b: u32) {
-        let (mut a, mut b) = (self.top(a), self.top(b));
-        let order = |runs: &[Run<I>], cell| runs.get(place(cell)).map_or(0, Run::second);
-        while a != b {
-            if order(&self.previous, a) < order(&self.previous, b) {
-                (a, b) = (b, a);
-            }
-            let above = self.above(a);
-            let above = self.top(above);
-            if above == a {
-                break;
-            }
-            if let Some(run) = self.current.get_mut(place(a)) {
-                run.cell = I::of(above);
-            }
-            a = above;
-        }
-    }
-
-    /// Keeps the entries between cells whose topmost cell is marked.
-    fn retain_entries(&mut self) {
-        let mut kept = 0;
-        for cell in 0..self.cells.len() {
-            let own = self.entries_at(number(cell));
-            if let Some(cell) = self.cells.get_mut(cell) {
-                cell.entries = I::of(number(kept));
-            }
-            if !self.is_kept(number(cell)) {
-                continue;
-            }
-            for at in own {
-                let Some(entry) = self.entries.as_flattened().get(at).copied() else { break };
-                let other = self.passage(entry.get()).map_or(I::NONE, |passage| passage.beyond(number(cell)));
-                if other == I::NONE || self.is_kept(other) {
-                    if let Some(place) = self.entries.as_flattened_mut().get_mut(kept) {
-                        *place = entry;
-                    }
-                    kept += 1;
-                }
-            }
-        }
-        self.linked = kept;
-    }
-
-    /// Whether a cell's topmost cell is marked.
-    fn is_kept(&mut self, cell: u32) -> bool {
-        if !self.reached(cell) {
-            return false;
-        }
-        let top = self.top(cell);
-        self.previous.get(place(top)).is_some_and(|run| run.since == [1; 2])
+    /// What was noted of a cell: the passage, [`Index::NONE`] for none, and how far it is from there.
+    pub fn distance(&self, cell: u32) -> Option<(u32, f32)> {
+        self.previous.get(place(cell)).and_then(Run::distance)
     }
 
     /// Finds the cells that no way between the cells of `keep` needs, since it would have to leave by the passage that

@@ -23,6 +23,8 @@ const SHARP_SAVING: f32 = 0.02;
 
 /// Places where the width of the way is taken, in radii of the disc: the middle of a doorway is as exact as this.
 const SAMPLING: f32 = 0.25;
+/// But at least so far apart, in quarter-cells: also the thinnest wall, one cell, has two in its doorway.
+const SAMPLING_LEAST: f32 = 2.0;
 
 /// Corners cut at most per plan and pass, so that the time is bounded whatever the map.
 const CORNER_PASSES: usize = 3;
@@ -358,7 +360,7 @@ impl<'a, W: Workspace, const N: usize> Route<'a, W, N> {
             let mut at = 0.0;
             while at < length {
                 let spot = a.towards(b, at / length);
-                at += (SAMPLING * reach).max(1.0);
+                at += (SAMPLING * reach).max(SAMPLING_LEAST);
                 let gap = self.gap(spot);
                 match (&mut found, gap) {
                     (Some(narrow), Some((width, _))) => narrow.go_on(index, spot, width),
