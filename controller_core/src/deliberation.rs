@@ -17,6 +17,7 @@ use crate::kohonen::map::Map;
 use crate::kohonen::output::{ControlMatrix, Output};
 use crate::kohonen::self_organisation::{Displacement, Plasticity, displacement, place_reached, train};
 use crate::list::first;
+use crate::localisation::departure::Departure;
 use crate::localisation::detour::Detour;
 use crate::localisation::memory::ObstacleMemory;
 use crate::localisation::mover::Movers;
@@ -72,6 +73,7 @@ pub struct Deliberation<
     movers: Movers<S, SENSORS, TRACKS>,
     detour: Detour<S>,
     opening: Opening<S>,
+    departure: Departure,
     arrivals: u16,
     goals: u16,
     trained_steps: u32,
@@ -126,6 +128,7 @@ impl<
         movers: Movers::NONE,
         detour: Detour::NONE,
         opening: Opening::NONE,
+        departure: Departure::NONE,
         arrivals: 0,
         goals: 0,
         trained_steps: 0,
@@ -152,6 +155,7 @@ impl<
             movers: Movers::NONE,
             detour: Detour::default(),
             opening: Opening::NONE,
+            departure: Departure::NONE,
             arrivals: 0,
             goals: 0,
             trained_steps,
@@ -183,6 +187,7 @@ impl<
         self.movers.clear();
         self.detour.reset();
         self.opening.reset();
+        self.departure = Departure::NONE;
     }
 
     /// Takes over a scan; it stands until the next.
@@ -196,6 +201,7 @@ impl<
             self.arrivals = latched.arrivals;
             self.detour.reset();
             self.opening.reset();
+            self.departure.begin();
         }
         if latched.goals != self.goals {
             self.goals = latched.goals;
@@ -280,10 +286,8 @@ impl<
             Architecture::Cooperative => {
                 let field = seen.and_then(|target| {
                     let mut detections = detections(&p.proximity, &self.scan);
-                    // To give way to what moves is no want of progress; else a robot that has left a doorway for it
-                    // would take the doorway for a dead end.
                     if TRACKS > 0 && !self.movers.seen_from(&p.mover, latched.pose).is_empty() {
-                        self.detour.reset();
+                        self.detour.give_way();
                     }
                     self.movers.leave_out(&p.mover, p.proximity.body_radius_m, latched.pose, &mut detections);
                     if !others.is_empty() {
@@ -301,10 +305,11 @@ impl<
                         points,
                         period,
                     );
+                    let departs = self.departure.turns(p.opening.turn_rad, way.place.bearing_rad, period);
                     let place = p.scaling.features(way.place);
                     let approach = Approach {
                         far: p.neural.target.far,
-                        turn_first: way.turn_first,
+                        turn_first: way.turn_first || departs,
                         distance_steepness: if self.opening.is_passing() {
                             p.opening.distance_steepness
                         } else {

@@ -23,4 +23,5 @@ pub mod mover;
 
 pub mod separation;
 
+pub mod departure;
 pub mod detour;
