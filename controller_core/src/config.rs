@@ -270,7 +270,8 @@ pub struct CooperativeConfig {
     pub opening_length_m: f32,
     /// Opening: how far from the wanted direction.
     pub opening_aside_rad: f32,
-    /// Opening: beyond this bearing it is turned towards on the spot.
+    /// Beyond this bearing an opening is turned towards on the spot, and so is the next checkpoint where one has just
+    /// been reached; π and more: nothing is.
     pub opening_turn_rad: f32,
     /// Opening: `σ_ad` on the way through.
     pub opening_distance_sigma_m: f32,

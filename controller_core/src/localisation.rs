@@ -6,6 +6,7 @@
 //! * [`mover`]: what moves, and where to (ours)
 //! * [`corridor`], [`opening`]: doors hardly wider than the body are aimed at squarely (ours)
 //! * [`separation`]: other robots, known by communication (P2 names it, the rest is ours)
+//! * [`departure`]: the turn towards the next checkpoint where one has been reached (ours)
 //! * [`detour`]: where the target field is centred when the way is blocked for good (ours)
 //!
 //! Fields stand until they are renewed (P2, section II-D).
@@ -24,4 +25,5 @@ pub mod mover;
 pub mod separation;
 
 pub mod departure;
+
 pub mod detour;

@@ -22,7 +22,7 @@ pub struct OpeningParameters<S> {
     pub length_m: S,
     /// Openings at most this far from the wanted direction are taken (rad).
     pub aside_rad: S,
-    /// Beyond this bearing the robot turns on the spot before it drives (rad).
+    /// Beyond this bearing the robot turns on the spot before it drives (rad); also see [`super::departure`].
     pub turn_rad: S,
     /// 1 / (√2 `σ_ad`) of the target field on the way through, per reach: between jambs shorter steps must do.
     pub distance_steepness: S,
