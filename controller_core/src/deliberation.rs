@@ -291,7 +291,11 @@ impl<
                     }
                     self.movers.leave_out(&p.mover, p.proximity.body_radius_m, latched.pose, &mut detections);
                     if !others.is_empty() {
+                        let all = detections.len();
                         others.leave_out(latched.pose, latched.now, &mut detections);
+                        if detections.len() < all {
+                            self.detour.give_way();
+                        }
                     }
                     let period = p.reflex.schedule.target_period_ms;
                     let points = &self.standing.points;
