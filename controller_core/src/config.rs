@@ -428,7 +428,7 @@ impl Default for CooperativeConfig {
             obstacle_behind_sigma_m: 2.5,
             obstacle_front_sigma_m: 0.00618,
             obstacle_centre: FieldCentre::Sensed,
-            sweep_margin_m: 0.002,
+            sweep_margin_m: 0.0025,
             sweep_strength: 8.0,
             sweep_look_ahead: 1.0,
             sweep_headway: 0.0648,

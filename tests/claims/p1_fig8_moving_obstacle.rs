@@ -14,7 +14,7 @@ use tests::missions::success_percent;
 
 fn cooperative_ekms_succeed<S: Scalar>() {
     let success = success_percent::<S>("p1_fig8", Architecture::Cooperative, 20);
-    assert!(success >= 80.0, "{success} %");
+    assert!(success >= 90.0, "{success} %");
 }
 
 fn command_fusion_succeeds<S: Scalar>() {

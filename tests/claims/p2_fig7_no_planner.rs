@@ -15,7 +15,7 @@ use tests::missions::success_percent;
 
 fn cooperative_ekms_succeed<S: Scalar>() {
     let success = success_percent::<S>("p2_fig7", Architecture::Cooperative, 20);
-    assert!(success >= 70.0, "{success} %");
+    assert!(success >= 90.0, "{success} %");
 }
 
 for_each_scalar!(cooperative_ekms_succeed);

@@ -1,6 +1,6 @@
 //! Success rates of the papers' figures: the same sweep for each claim.
 
-use controller_core::config::{Architecture, Config};
+use controller_core::config::Architecture;
 use controller_core::scalar::Scalar;
 use host_sim::mission::MissionResult;
 use host_sim::scenario::Scenario;
@@ -14,7 +14,8 @@ use crate::learning::{Indirect, STEPS};
 /// Seeds that no parameter was tuned on; each learns a map of its own.
 const FIRST_SEED: u64 = 9001;
 
-/// Runs a built-in scenario `runs` times, each with a map learnt from scratch under noise.
+/// Runs a built-in scenario `runs` times as the simulator does by default, each with a map learnt from scratch under
+/// noise.
 ///
 /// # Panics
 /// If there is no such scenario, or a run cannot begin.
@@ -22,13 +23,12 @@ const FIRST_SEED: u64 = 9001;
 pub fn sweep<S: Scalar>(scenario: &str, architecture: Architecture, runs: u64) -> Vec<MissionResult> {
     let seeds = FIRST_SEED..FIRST_SEED + runs;
     let scenario = Scenario::builtin(scenario).expect("the scenario is built in");
-    let config = Config::default();
+    let settings = Settings::default();
     let plan = TrainingPlan { steps: STEPS, ..TrainingPlan::default() };
-    let learned =
-        learn_each::<S, Indirect<S>>(&config, &plan, seeds.clone(), &|| ()).expect("the default is valid");
+    let learned = learn_each::<S, Indirect<S>>(&settings.core, &plan, seeds.clone(), &|| ());
+    let learned = learned.expect("the default is valid");
     let maps = Maps::PerRun(learned.into_iter().map(|learned| learned.map).collect());
     let plan = SweepPlan { seeds, logged: 0 };
-    let settings = Settings::from(config);
     run_all(&scenario, &settings, Some(architecture.into()), &maps, &plan, &|| ()).expect("every run begins")
 }
 
