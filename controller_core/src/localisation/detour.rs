@@ -287,7 +287,7 @@ mod tests {
         let p = parameters::<f32>();
         let mut detour = Detour::default();
         let (ahead, wall) = (polar(0.0, 0.5), [polar(-0.1, 0.05)]);
-        let mut follow = |detour: &mut Detour<f32>| {
+        let follow = |detour: &mut Detour<f32>| {
             for _ in 0..6 {
                 detour.direct(&p, Pose::default(), ahead, &wall, &[], 200);
             }
