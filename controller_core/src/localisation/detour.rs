@@ -42,8 +42,8 @@ pub struct DetourParameters<S> {
 }
 
 /// So many detours are given up for what moves until the target is reached or another. Without a bound the maze of
-/// Kheperax is left in 20 % of runs, with none given up in 96, but then the figures with movers come late: 2 to 3 % of
-/// P2 Fig. 7 and a tenth of slaloms of 7 cm. More than two make no difference to those.
+/// Kheperax is left in 20 % of runs, with none given up in 96, but then others come late: 2 to 3 % of P2 Fig. 7, and a
+/// tenth where gaps between posts are 7 cm. From two on the figures are as without a bound.
 const GIVEN_UP_MAX: u8 = 3;
 
 /// A detour under way.
