@@ -103,7 +103,8 @@ fn behind_tcp(options: StubOptions) -> Address {
 fn whole_mission<S: Scalar>(scalar: ScalarKind) {
     let map = learned::<S>();
     let expected = reference(&map, WHOLE);
-    assert!(expected.success, "{expected:?}");
+    // Whole, that is; how often without contact is what evaluations say.
+    assert!(expected.reached, "{expected:?}");
     let options = StubOptions { scalar, ..StubOptions::default() };
     let transports: [(&str, Box<dyn Transport>); 3] = [
         ("in process", Box::new(in_process(scalar, LinkFaults::default()))),
